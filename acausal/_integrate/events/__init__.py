@@ -1,1 +1,1 @@
-"""Events within a step, and the event iteration at an instant."""
+"""Event location within a step, and event iteration at an instant."""

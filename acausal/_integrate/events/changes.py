@@ -1,4 +1,4 @@
-"""What events change at one point: discrete variables, states, and by way of the constraints what is tied to them."""
+"""Changes by events at one point: discrete variables, states, and the variables that constraints tie to them."""
 
 import jax
 import jax.numpy as jnp
@@ -16,10 +16,10 @@ from .run_events import RunEvents
 def changed(
     events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, remains: Array, given: Given
 ) -> tuple[Numbers, Numbers]:
-    """The vector after the events that `fired`, and whether its constraints forbid it. Of several values that events
-    give to one variable the last one counts. The events that `remains` marks set discrete variables no more.
+    """The vector after the events that `fired`, and whether its constraints forbid the change. If several events set
+    one variable, the last one wins. The events in `remains` have already set their discrete variables.
 
-    A new value of a discrete variable in an invariant moves the states to the nearest point that satisfies it.
+    If a discrete variable in an invariant changes, the states move to the nearest point that satisfies the invariant.
     """
     if events.system.events is None:
         return y, jnp.asarray(False)
@@ -32,20 +32,20 @@ def changed(
 
 
 def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
-    """The vector with the discrete variables that these events set."""
+    """The vector with the discrete variables as set by the events that `fired`."""
     number, element, is_own = events.writes
     if not number.size:
         return y
     old, new = y[events.layout.discrete], jnp.concatenate(values)[element]
     is_set, turns = fired[number] & is_own, np.arange(len(number))[:, None]
     last = jnp.max(jnp.where(is_set, turns, -1), axis=0)  # -1 where nothing is set
-    # All turns at once, since operations would be compiled for each; by selection, as in `placed`.
+    # All turns at once, because a loop would compile operations for each; by selection, as in `placed`.
     chosen = jnp.sum(jnp.where(turns == last, new, 0.0), axis=0)
     return events.layout.with_part(y, events.layout.discrete, jnp.where(last >= 0, chosen, old))
 
 
 def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, tuple[Array, Array]]:
-    """For each other leaf that events set the new value, and where these do."""
+    """For each leaf other than discrete variables that events set: its new values, and the mask of set elements."""
     wanted: dict[int, tuple[Array, Array]] = {}
     for (first, count, leaf), value in zip(events.targets, values, strict=True):
         if leaf in events.system.carried.discrete_places:
@@ -59,8 +59,8 @@ def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, t
 def _reset(
     events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], is_moved: Array, given: Given
 ) -> tuple[Array, Array]:
-    """The vector with new values of variables: those of states directly, others by way of the constraints. `is_moved`
-    tells whether invariants have changed. Where constraints forbid the values, the vector stays as it is.
+    """The vector with new values of variables: states are set directly, others through the constraints. `is_moved`
+    marks a change of the invariants. If the constraints forbid the values, the vector is unchanged.
     """
     system, constraints = events.system, events.system.constraints
     places = {leaf: constrained_places(system, leaf) for leaf in wanted}
@@ -80,7 +80,7 @@ def _reset(
 def _followed(
     events: RunEvents, t: Numbers, y: Array, aimed: Array, touched: Array, given: Given
 ) -> tuple[Array, Array]:
-    """All variables that constraints tie, after those that are `touched` have got the values `aimed` at."""
+    """All constrained variables after the `touched` ones are set to the values `aimed`, and whether that fails."""
     system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
     weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
 
@@ -88,8 +88,8 @@ def _followed(
         start = jnp.where(touched, aimed, x)
         return constraints.projected(start, weight, t, inputs.params, far=True), None
 
-    # The constraints are curved, so that the first projection moves the new values a little. They are put back, and the
-    # second projection, which starts close to a solution, leaves them in place.
+    # The constraints are nonlinear, so the first projection moves the new values slightly. They are restored, and the
+    # second projection, which starts close to a solution, preserves them.
     start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
     x = jax.lax.scan(project, start, None, length=2)[0]
     missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))

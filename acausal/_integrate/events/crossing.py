@@ -1,4 +1,4 @@
-"""The first event within a step: zero crossings of relations, located on its dense output."""
+"""Location of the first event within a step: zero crossings of relations on its dense output."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -15,17 +15,17 @@ from ..._reduce.logic import Circuit, begun, sign_of
 from ..step.interval import MOST, TURN, Seen, advance, over
 from .part import Part
 
-PARTS = 4  # relations that come near zero are looked at at the ends of so many equal parts of a step
+PARTS = 4  # number of equal parts of a step at whose ends crossing functions near zero are evaluated
 
 
 class Conditions(NamedTuple):
     """The conditions of a run along a step.
 
-    - `seen(t)`: the crossing function of each relation, positive where the relation holds, and its rate.
-    - `logic`: how conditions are made of relations.
-    - `either`: conditions that also cause an event when they become false.
-    - `band`: the hysteresis of each crossing function: a relation has changed only beyond it.
-    - `clears`, `sets`: relations that may become false, or true, at an event without causing another one.
+    - `seen(t)`: the crossing function of each relation, positive if the relation holds, and its rate.
+    - `logic`: the conditions as logical expressions of relations.
+    - `either`: conditions that also trigger an event when they become false.
+    - `band`: the hysteresis of each crossing function: a relation changes only beyond it.
+    - `clears`, `sets`: relations that may become false, or true, without triggering an event.
     """
 
     seen: Callable[[Numbers], Seen]
@@ -37,12 +37,12 @@ class Conditions(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The first event of a step, if there is any: it happens at `t`, and not yet at `before`.
+    """The first event of a step, if any: it has happened at `t`, but not yet at `before`.
 
-    - `begins`: the conditions that cause it; `pace`: how fast the margin of each condition changes there.
-    - `truths`: of the relations from t on; without an event, at the end of the step.
-    - `end`: what is seen at the end of the step.
-    - `reached`: up to where the step was searched.
+    - `begins`: the conditions that trigger it; `pace`: the rate of the crossing function of each condition there.
+    - `truths`: truths of the relations after t; without an event, at the end of the step.
+    - `end`: crossing functions at the end of the step.
+    - `reached`: time up to which the step has been searched.
     """
 
     is_any: Array
@@ -57,8 +57,8 @@ class Found(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """Nothing happens before `low`, where the relations have these `truths`. Where it is `narrow`, the first event of
-    the part up to `high` is being located, by relations of which some have `crossed`.
+    """State of the search: no event happens before `low`, where the relations have these `truths`. If `narrow`, the
+    search is locating the first event between `low` and `high`, where some relations have `crossed`.
     """
 
     low: Array
@@ -75,8 +75,8 @@ class _Search(NamedTuple):
 
 
 class _Judged(NamedTuple):
-    """Of an interval, with crossing functions as of a `part`: the relations that change, those that may change there
-    and back, the conditions that cause an event by its end, and whether any may do so within it.
+    """Assessment of an interval, the `part`: the relations that change, those that may change and change back, the
+    conditions that trigger an event by its end, and whether any condition may do so within it.
     """
 
     part: Part
@@ -87,7 +87,7 @@ class _Judged(NamedTuple):
 
 
 class _Step(NamedTuple):
-    """The step that is searched."""
+    """The step to search."""
 
     conditions: Conditions
     end: Numbers
@@ -99,7 +99,7 @@ class _Step(NamedTuple):
         conditions = self.conditions
         sign = -sign_of(truths)
         part = Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
-        # What an event has left beyond zero by rounding comes from there.
+        # A function that an event has left beyond zero by rounding has not crossed unless it moves on.
         changes = (part.q1 > conditions.band) | (s.crossed & (part.q1 > jnp.maximum(part.q0, 0.0)))
         turned = advance(low, high)
         is_part = (PARTS * part.width <= self.length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
@@ -127,9 +127,9 @@ class _Step(NamedTuple):
         )
         is_last = passes & (new.t >= last.t)
         aim = low.t + part.width * part.aim(changes, bumps, short, s.count)
-        # From the end of what passes, to the end of the narrowed part, or to the end of the next part of the step.
+        # Continue after an interval without events: at the end of the narrowed part, or of the next part of the step.
         is_behind = passes & s.narrow & ~s.is_seen
-        is_first_look = is_end & ~passes & ~is_found  # the whole step: look at its parts
+        is_first_look = is_end & ~passes & ~is_found  # the whole step is undecided: examine its parts
         node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
         width = jnp.minimum(self.length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
         onward = jnp.minimum(node.t + width, last.t)
@@ -153,17 +153,17 @@ class _Step(NamedTuple):
 def first_crossing(
     conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
 ) -> Found:
-    """The first event of a step from `start` to `end`, where relations have these `truths` at its start.
+    """The first event of a step from `start` to `end`; `truths` are those of the relations at its start.
 
-    A relation changes where its crossing function has the other sign and is beyond its band. It is looked at at the end
-    of the step, and where it comes near zero, at the ends of its parts. There are four of these, and more where an
-    angle, of which a sine is taken, turns by more than a quarter in each: while nothing moves, steps are longer than
-    the periods of what makes relations vary. On each part a relation may change once, or there and back if it bends
-    one way. What causes an event is narrowed down to `short`; other changes are taken over. Relations that cross
-    within their bands at one time change together.
+    A relation changes if its crossing function has the opposite sign and is beyond its band. The search evaluates the
+    crossing functions at the end of the step, and if one may reach zero, at the ends of the parts of the step. There
+    are four parts, or more if a phase, the argument of a sine, changes by more than a quarter turn in one: while the
+    states rest, steps are longer than the periods of such functions. On each part a relation may change once, or change
+    and change back if its function is convex or concave. Changes that trigger an event are located to within `short`;
+    other changes only update the truths. Relations that cross within their bands at one time change together.
 
-    What `is_known` at the start is right; else it is looked at again. Where the search does not go (`goes`), as in a
-    step that is rejected, nothing is looked at.
+    If `is_known`, the values of `start` are valid; otherwise they are evaluated again. Unless `goes`, as in a rejected
+    step, there is no search.
     """
     no, none = jnp.asarray(False), jnp.zeros(start.g.shape, bool)
     flat_start, unflat = ravel_pytree(start)
@@ -200,8 +200,8 @@ def _flat(seen: Seen) -> Array:
 
 
 def _leaving(conditions: Conditions, truths: Array, start: Seen) -> Array:
-    """The truths at the start of a step after an event: of a crossing function that is zero but for rounding, its rate
-    tells whether the relation ends there. It begins only where the function has left its band.
+    """The truths at the start of a step after an event. If a crossing function is within its band, its rate decides
+    the truth of a relation that may change without triggering an event. Others change only beyond the band.
     """
     is_zero = jnp.abs(start.g) <= conditions.band
     ends = is_zero & (start.rate < 0) & conditions.clears
@@ -210,9 +210,9 @@ def _leaving(conditions: Conditions, truths: Array, start: Seen) -> Array:
 
 
 def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -> tuple[Array, Array]:
-    """Which conditions cause an event by the end of an interval on which these relations change, and whether any may do
-    so within it, where others change there and back. The logic is evaluated once for all of it, since each place is
-    compiled.
+    """The conditions that trigger an event by the end of an interval on which the relations `changes` change, and
+    whether any may do so within it, if the relations `bumps` change and change back. One batch evaluates the logic for
+    all of this, because each call site is compiled.
     """
     now, then, moves = sign_of(truths), sign_of(truths ^ changes), changes | bumps
     least, most = jnp.where(moves, -1.0, now), jnp.where(moves, 1.0, now)

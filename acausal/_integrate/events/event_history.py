@@ -1,4 +1,4 @@
-"""The events of a run, as its steps hand them on."""
+"""Event history of a run."""
 
 from collections.abc import Callable
 from typing import Any
@@ -15,12 +15,12 @@ from ..._tracing import known
 
 
 class EventHistory(eqx.Module):
-    """What happened in a run, as far as there is room for it.
+    """Event history of a run, as far as there is room for it.
 
-    - `times`, `happened`: the moments at which anything happened, infinite after the last one, and which events did;
-      within transformations of jax, at which anything listed happened.
-    - `n`: how many moments there were, with or without room for them.
-    - `count`: how many listed events there were.
+    - `times`, `happened`: the moments with any event, infinite after the last one, and the events of each moment;
+      within transformations of jax, only listed events.
+    - `n`: number of moments, including those without room.
+    - `count`: number of listed events.
     """
 
     times: Float[Array | np.ndarray, " room"]
@@ -30,14 +30,14 @@ class EventHistory(eqx.Module):
 
     @classmethod
     def empty(cls, room: int, n_events: int) -> "EventHistory":
-        """A history with room for so many moments, of `n_events` that there are."""
+        """An empty history with room for `room` moments, for a model with `n_events` events."""
         none = jnp.asarray(0)
         return cls(jnp.full(room, jnp.inf), jnp.zeros((room, n_events), bool), none, none)
 
     def noted(self, when: Numbers, happened: Array, is_listed: np.ndarray) -> "EventHistory":
-        """The history with what has happened at one moment."""
+        """The history with the events of one more moment."""
         is_any = jnp.any(happened)
-        # A mask, no scattered write: with one, XLA on CPU does not compile the loop of steps as one function.
+        # A mask instead of a scatter, with which XLA on CPU does not compile the loop of steps as one function.
         is_new = (jnp.arange(len(self.times)) == self.n) & is_any
         return EventHistory(
             jnp.where(is_new, when, self.times),
@@ -48,7 +48,7 @@ class EventHistory(eqx.Module):
 
     def followed_by(self, instant: "EventHistory", loop: Callable[..., Any]) -> "EventHistory":
         """The history with the moments of an instant, as far as there is room. They are written one by one, so that the
-        room costs nothing in a step.
+        cost of a step does not depend on the room.
         """
         room, n = self.times.shape[0], jnp.minimum(instant.n, len(instant.times))
 
@@ -69,9 +69,9 @@ class EventHistory(eqx.Module):
         return EventHistory(times, happened, self.n + n, self.count + instant.count)
 
     def listed(self, is_listed: np.ndarray, most: int) -> tuple[Array, Array]:
-        """When each of the first `most` listed events happened, and its number; infinite and -1 after the last one.
+        """The times of the first `most` listed events, and their numbers; infinite and -1 after the last one.
 
-        Of known ones, there are no more than happened.
+        If the history is known (not traced), the arrays contain only the events that happened.
         """
         times, happened = known(self.times), known(self.happened)
         if times is not None and happened is not None and times.ndim == 1:
@@ -80,7 +80,7 @@ class EventHistory(eqx.Module):
         if jnp.ndim(self.times) > 1:
             return jax.vmap(lambda history: history.listed(is_listed, most))(self)
         fired = jnp.ravel(self.happened & is_listed)
-        # What there is no room for goes to a row behind the others.
+        # Events without room are written to an extra last row.
         places = jnp.where(fired, jnp.minimum(jnp.cumsum(fired) - 1, most), most)
         numbers = jnp.tile(jnp.arange(len(is_listed)), len(self.times))
         moments = jnp.repeat(self.times, len(is_listed))

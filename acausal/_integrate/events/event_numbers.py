@@ -1,4 +1,4 @@
-"""The numbering of all that can happen in a run."""
+"""Numbering of the events of a run."""
 
 import dataclasses
 import functools as ft
@@ -20,8 +20,8 @@ from ..setup.state_vector import StateVector
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class EventNumbers:
-    """The events of a model, then the times at which its equations or conditions change, and last the stop condition,
-    in one numbering: of which kind each is, how it is made of relations, and what it writes.
+    """One numbering of the events of a model, then the times at which its equations or conditions change, and last the
+    stop condition; with the kind of each event, its logic in terms of relations, and the variables that it writes.
     """
 
     settings: Settings
@@ -37,12 +37,12 @@ class EventNumbers:
 
     @ft.cached_property
     def n_curved(self) -> int:
-        """Zeros of functions of time that have to be searched for, because these are not affine."""
+        """Number of nonlinear functions of time with zeros that a search must locate."""
         return self.system.instants.n_curved
 
     @ft.cached_property
     def n_instants(self) -> int:
-        """Times at which an equation changes, and the next at which a condition does that time alone tells."""
+        """Number of times at which an equation changes, plus one for the next change of conditions of time alone."""
         events = self.system.events
         return self.system.instants.total + (events is not None and events.instants is not None)
 
@@ -66,18 +66,18 @@ class EventNumbers:
         return np.isin(self._kinds, kinds)
 
     def _of_entries(self, has: Callable[[EventEntry], bool]) -> np.ndarray:
-        """The events of the model whose entries have something."""
+        """The events of the model whose entries satisfy `has`."""
         own = [has(entry) for entry in self._members]
         return np.array(own + [False] * (self.total - self.n_model), bool)
 
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
-        """Those whose time is known ahead."""
+        """Time events: their times are known in advance."""
         return self._of_kinds("at", "instant")
 
     @ft.cached_property
     def curved(self) -> np.ndarray:
-        """The zeros of functions of time by which equations change: once found, they are times known ahead."""
+        """Zeros of nonlinear functions of time at which equations change. Once found, they are known times."""
         return self._of_kinds("curved")
 
     @ft.cached_property
@@ -96,22 +96,22 @@ class EventNumbers:
 
     @ft.cached_property
     def refused(self) -> np.ndarray:
-        """Those that must not happen."""
+        """Events that must not happen."""
         return self._of_kinds("refuse")
 
     @ft.cached_property
     def clocks(self) -> np.ndarray:
-        """Those that repeat: what they read is what holds after all else at their instant."""
+        """Repeating events, which read the values after all other events of their instant."""
         return self._of_entries(lambda entry: entry.repeats)
 
     @ft.cached_property
     def acts(self) -> np.ndarray:
-        """Those that change variables."""
+        """Events that change variables."""
         return self._of_entries(lambda entry: bool(entry.targets))
 
     @ft.cached_property
     def responds(self) -> np.ndarray:
-        """Those that change variables when their condition becomes true; in a search for a start, discrete ones."""
+        """State events that change variables; in a start search, only discrete ones."""
         return self.acts & ~self.scheduled
 
     @ft.cached_property
@@ -120,12 +120,12 @@ class EventNumbers:
 
     @ft.cached_property
     def waits(self) -> np.ndarray:
-        """Those that a search for a start leaves to its modes and to the run that begins there."""
+        """Events that a start search leaves to its modes and to the subsequent run."""
         return self.responds & self.settings.is_search
 
     @ft.cached_property
     def remains(self) -> np.ndarray:
-        """Those of which a search for a start has set discrete variables only: the others are left to be set."""
+        """Events that set variables other than discrete ones, which a start search leaves to the run."""
         if self.settings.is_resumed or self.settings.is_search:
             return np.zeros(self.total, bool)
         discrete = self.system.carried.discrete_places
@@ -133,18 +133,18 @@ class EventNumbers:
 
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
-        """Those that are listed in the log."""
+        """Events that the event log lists."""
         return self._of_entries(lambda entry: entry.is_listed)
 
     @property
     def resets_times(self) -> bool:
-        """Whether events may change the times of others, which discrete variables tell."""
+        """Whether events may change the times of scheduled events, because these depend on discrete variables."""
         events = self.system.events
         return events is not None and not set(self.system.carried.discrete_places).isdisjoint(events.times.leaves)
 
     @ft.cached_property
     def targets(self) -> list[tuple[int, int, int]]:
-        """Of each new value that the events of the model give: their first number, how many they are, and its leaf."""
+        """The first event number, the number of events, and the leaf of each new value that the model's events set."""
         numbered = self.system.events.numbered if self.system.events else []
         return [(first, entry.count, leaf) for first, entry in numbered for leaf in entry.targets]
 
@@ -154,7 +154,7 @@ class EventNumbers:
 
     @ft.cached_property
     def _place_of_time(self) -> np.ndarray:
-        """Where each event of the model has its time among those of all schedules, counted from 1; 0 is nowhere."""
+        """Position of each event's time among the times of all schedules, counted from 1; 0 if it has none."""
         numbers = np.concatenate([np.zeros(0, int), *(schedule.numbers for schedule in self.schedules)]).astype(int)
         places = np.zeros(self.n_model, int)
         places[numbers] = 1 + np.arange(len(numbers))
@@ -167,10 +167,10 @@ class EventNumbers:
 
     @ft.cached_property
     def writes(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Which events write to the discrete variables, and what, in turns: where several do, the last turn counts.
+        """Writes of events to the discrete variables, in turns: if several events write to one, the last turn wins.
 
-        For each turn and discrete variable the number of the event that writes it, the element of all new values that
-        it gets, and whether any event writes it in this turn.
+        For each turn and discrete variable: the number of the event that writes it, the index of its new value among
+        all new values, and whether any event writes it in this turn.
         """
         places, start = self.system.carried.discrete_places, 0
         found: dict[int, list[tuple[int, int]]] = {}
@@ -178,7 +178,7 @@ class EventNumbers:
             own, width = places.get(leaf, np.zeros(0, int)), size // count
             for i, place in enumerate((own - self.layout.discrete.start).tolist()):
                 member, element = divmod(i, len(own) // count)
-                # As in any assignment, one number is given to all elements.
+                # As in any assignment, a single number is broadcast to all elements.
                 found.setdefault(place, []).append((first + member, start + member * width + element % width))
             start += size
         n, turns = self.layout.n_discrete, max(map(len, found.values()), default=0)
@@ -191,7 +191,7 @@ class EventNumbers:
 
     @property
     def is_searched(self) -> bool:
-        """Whether there are events whose time is not known ahead."""
+        """Whether there are events at times not known in advance."""
         return not np.all(self.scheduled)
 
     @ft.cached_property
@@ -200,19 +200,19 @@ class EventNumbers:
 
     @property
     def _n_own(self) -> int:
-        """How many events have a margin of their own, instead of relations: curved functions of time, and the end."""
+        """Number of events with their own crossing function: nonlinear functions of time, and the stop condition."""
         return self.n_curved + (self.settings.stop is not None)
 
     @ft.cached_property
     def logic(self) -> list[Expression]:
-        """How each event is made of relations; what is scheduled is never found by them."""
+        """Logical expression of each event in terms of relations; never true for scheduled events."""
         own: list[Expression] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
         model = self.system.events.logic if self.system.events else ()
         return [*(expression or NEVER for expression in model), *[NEVER] * self.n_instants, *own]
 
     @ft.cached_property
     def of_time(self) -> np.ndarray:
-        """The relations of components that read nothing that moves but the time, and are affine in it."""
+        """Relations of components that depend on no variable except time, and are affine in it."""
         events, system = self.system.events, self.system
         times = time_leaves(system.flat, system.merged)
         found: list[bool] = []
@@ -227,13 +227,13 @@ class EventNumbers:
 
     @property
     def of_time_alone(self) -> np.ndarray:
-        """The same among all that have a crossing function."""
+        """The relations `of_time`, among all crossing functions."""
         return np.append(self.of_time, np.zeros(self._n_own, bool))
 
     @ft.cached_property
     def polarity(self) -> tuple[np.ndarray, np.ndarray]:
-        """The relations that conditions read as true, and those that they read as false; what causes an event when it
-        becomes false counts as both.
+        """The relations that occur in conditions unnegated, and those that occur negated. If a condition also triggers
+        an event when it becomes false, its relations count as both.
         """
         positive, negative = np.zeros((2, self.n_margins), bool)
         for i, expression in enumerate(self.logic):
@@ -244,7 +244,7 @@ class EventNumbers:
 
     @ft.cached_property
     def of_laws(self) -> np.ndarray:
-        """The relations that only `ifelse` reads."""
+        """The relations that occur only in conditions of `ifelse`."""
         found = np.zeros((2, self.n_margins), bool)
         for i, expression in enumerate(self.logic):
             own = literals_of(expression)
@@ -253,7 +253,7 @@ class EventNumbers:
 
     @ft.cached_property
     def circuit(self) -> Circuit:
-        """How far the condition of each event is above zero, at least or at most, from such bounds of the margins and
-        of their negatives.
+        """Crossing function of each event's condition from those of the relations and their negatives; or bounds of it
+        from bounds of these.
         """
         return circuit(self.logic, self.n_margins)

@@ -1,4 +1,4 @@
-"""Event iteration: what happens at one instant, until relations and discrete variables no longer change."""
+"""Event iteration at one instant, until relations and discrete variables no longer change."""
 
 from typing import NamedTuple
 
@@ -18,8 +18,8 @@ STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED = 1.0, 2.0, 3.0, 4.0, 5.0
 
 
 class Settled(NamedTuple):
-    """What an instant leaves behind: its time, the vector, the truths of the relations, and the conditions that hold.
-    `outcome` says why the run ends, 0 if it does not.
+    """Result of an event iteration: the time, the vector, the truths of the relations, and the conditions that hold.
+    `outcome` is the reason why the run ends, or 0 if it continues.
     """
 
     t: Array
@@ -46,22 +46,22 @@ def settle(
     n_before: int = 0,
     order: Array | None = None,
 ) -> Settled:
-    """Carry out the events that begin at t, each at its own moment, then those that become true by them, and so on.
+    """Executes the events that begin at t, each at its own moment, and then the events that they trigger.
 
-    Events that begin at one instant read the values before all of them. What they make true happens next, and then what
-    that makes true. When nothing more follows, the clocks of this instant tick: they read the values that hold now, all
-    of them the same, and set together; what they make true follows. If many rounds come to no end, the events of a
-    round happen one by one, the first in the list first: alternatives such as the conduction of diodes then settle as
-    the pivots of a linear complementarity problem do (Murty, `Linear Complementarity, Linear and Nonlinear
-    Programming`, 1988, ch. 4).
+    Events that begin at one instant read the values before all of them. The events that they trigger follow in the next
+    round, and so on. When no more events follow, the clocks of this instant tick: all of them read the current values
+    and set their variables together; the events that they trigger follow. If the iteration does not converge within a
+    number of rounds, each round executes one event only, the first in the list. Alternatives such as the conduction of
+    diodes then converge like the pivots of a linear complementarity problem (Murty, `Linear Complementarity, Linear and
+    Nonlinear Programming`, 1988, ch. 4).
 
-    A relation keeps its truth while its crossing function is within its band.
+    A relation keeps its truth while its crossing function is within its hysteresis band.
 
-    The moment of the first listed event and the vector before it are handed back, in a vector of `n_before` elements
-    that is infinite if there is none, and empty if they are not asked for.
+    `before` of the result has `n_before` elements: the moment of the first listed event and the vector before it,
+    infinite if there is none, and empty if `n_before` is zero.
 
-    At the start of a run, `order` has the times of the past events. They happen in this order, and have no moments of
-    their own. The energy account begins after what happens at the start, which is no loss.
+    At the start of a run, `order` contains the times of the past events. They happen in this order, but at the fixed
+    time t. The energy balance begins after the events at the start, which count as no loss.
     """
     is_start = order is not None
     none, no, zero = jnp.zeros(events.total, bool), jnp.asarray(False), jnp.asarray(0)
@@ -96,7 +96,7 @@ def settle(
 
 
 def _accounted(events: RunEvents, end: Round) -> Array:
-    """The vector with the energy lost added to that of the first event that happened."""
+    """The vector, with the energy loss assigned to the first event that happened."""
     y, layout = end.ys[1], events.layout
     if not layout.n_losses:
         return y

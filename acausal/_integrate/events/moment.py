@@ -1,4 +1,4 @@
-"""The moment of an event as a function of all numbers of a run, differentiable to the second order in both modes."""
+"""The time of an event as a function of all numbers of a run, differentiable to second order in both modes."""
 
 import functools as ft
 from collections.abc import Callable, Sequence
@@ -13,13 +13,13 @@ from jaxtyping import PyTree
 from ..._numbers import Numbers
 from ..._tangents import array_of, pushed
 
-STILL = 1e-8  # rate of a margin, as a share of that on the path of a step, below which only an error moved it to zero
+STILL = 1e-8  # rate of a crossing function, relative to that on the path, below which only an error moved it to zero
 
 
 class Approach(NamedTuple):
-    """How a step comes to the moment of an event: a time just `before` it, and the `pace`, how fast the margin of each
-    event changes there on the path of the step. The `lag` of rates is what they miss of those on the path where stiff
-    components multiply their errors, if there is one.
+    """Data of a step just before an event: a time just `before` it, and the `pace`, the rate of each event's crossing
+    function on the path of the step. The function `lag`, if any, corrects the rates by the equations, which amplify the
+    errors of stiff components, towards the rates on the path.
     """
 
     before: Numbers
@@ -28,14 +28,14 @@ class Approach(NamedTuple):
 
 
 class Laws(Protocol):
-    """What moves a stepped vector, and the margins whose zeros are moments."""
+    """The rates of the stepped vector, and the crossing functions of the events."""
 
     def rates(self, t: Numbers, y: Array, given: PyTree) -> Numbers:
         """The derivative of the vector in time."""
         ...
 
     def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
-        """What is zero at the moment of an event."""
+        """The crossing function of an event, which is zero at its moment."""
         ...
 
 
@@ -45,17 +45,17 @@ def carried_to_moment(
 ) -> tuple[Numbers, Numbers]:
     r"""The moment of event `number`, which is at t, and the vectors `ys` there.
 
-    It returns t and `ys` as they are, since the moment has been located, and gives them derivatives: the moment $t^*$
-    depends on whatever the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the margin $g$ of the
-    first vector,
+    The moment is already located, so t and `ys` are returned unchanged, but with derivatives: the moment $t^*$ depends
+    on everything that the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the crossing function $g$
+    of the first vector,
 
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$
 
-    where dg and dy are changes at a fixed time. A margin that does not change with time has no moment of its own;
-    neither has one that decays to zero, of which the error of a step makes the sign change. There the path of the step
-    passes zero while by the equations nothing moves any more. The rates f are those up to the moment, at the time
-    `before`, since equations may change their law with it.
+    where dg and dy are changes at a fixed time. A crossing function that does not change with time does not determine
+    the moment. Neither does one that decays to zero and changes its sign by the error of a step: the path of the step
+    crosses zero although the rates by the equations have vanished. The rates f are taken at the time `before`, because
+    the equations may change at the moment.
     """
     del laws, number, approach, due, given
     return t, ys
@@ -73,7 +73,7 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
 
     early = jax.lax.stop_gradient(approach.before - t)
     f, df = pushed(rates, (early + moment, there, given), (dt, dys, dgiven))
-    # From t to the moment the tangents change by (moment - t) df. This time is zero, but not its derivative.
+    # From t to the moment the tangents change by (moment - t) df. The difference is zero, but not its derivative.
     dys = dys + (moment - t) * df
 
     def margin(t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
@@ -82,7 +82,7 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
     _, dg = pushed(margin, (moment, there[0], due, given), (dt, dys[0], ddue, dgiven))
     _, push = jax.linearize(lambda t, y: margin(t, y, due, given), moment, there[0])
     slope = push(jnp.ones_like(moment), f[0])
-    # A rate below the root of the smallest number has decayed to where products lose their digits.
+    # Products of rates below the square root of the smallest number lose their digits.
     is_still = jnp.abs(slope) <= STILL * jnp.abs(approach.pace[number]) + np.finfo(float).tiny ** 0.5
     if approach.lag is not None:
         lag = jax.lax.stop_gradient(approach.lag(f[0]))

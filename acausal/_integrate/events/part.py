@@ -1,4 +1,4 @@
-"""Crossing functions on a part of a step, known by their values and rates at its ends."""
+"""Crossing functions on a part of a step, given their values and rates at its ends."""
 
 from typing import NamedTuple
 
@@ -10,8 +10,8 @@ from ..step.interval import over
 
 
 class Part(NamedTuple):
-    """Crossing functions at both ends of an interval, with signs such that they become positive where the relation
-    changes.
+    """Values `q` and rates `p` of crossing functions at both ends of an interval. Their signs are such that a function
+    becomes positive when its relation changes.
     """
 
     q0: Array
@@ -21,7 +21,7 @@ class Part(NamedTuple):
     width: Array
 
     def bumps(self, band: Array) -> Array:
-        """Those that may change there and back: the tangents at both ends meet beyond zero and the band."""
+        """Relations that may change and change back: the tangents at both ends intersect beyond zero and the band."""
         q0, q1, p0, p1, width = self
         q0, q1 = q0 - band, q1 - band
         points = (q0 <= 0) & (q1 <= 0) & (p0 > 0) & (p1 < 0)
@@ -29,29 +29,29 @@ class Part(NamedTuple):
 
     @property
     def leaps(self) -> Array:
-        """Those that a stair, such as floor, may take beyond zero. They may jump where it steps, so each end is looked
-        at by its own tangent.
+        """Crossing functions that a stair function, such as floor, may take beyond zero. They may jump, so the tangent
+        at each end is tested separately.
         """
         q0, q1, p0, p1, width = self
         return (q0 <= 0) & (q1 <= 0) & ((q0 + p0 * width > 0) | (q1 - p1 * width > 0))
 
     @property
     def near(self) -> Array:
-        """Those that come to zero if they vary as much as their values and rates at the ends tell."""
+        """Crossing functions that may reach zero, if their values and rates at the ends bound their variation."""
         q0, q1, p0, p1, width = self
         nearest = jnp.maximum(q0, q1)
         variation = jnp.abs(q1 - q0) + width * (jnp.abs(p0) + jnp.abs(p1))
         return ~((nearest + variation < 0) | (nearest == -jnp.inf))
 
     def aim(self, changes: Array, bumps: Array, short: Numbers, count: Array) -> Array:
-        """The share of it at which to look: by turns before and behind the probable zero, or at the extremum, and every
-        fifth time half-way.
+        """Relative position of the next evaluation: alternately just before and just after the estimated zero, or at
+        the estimated extremum. Every fifth evaluation is a bisection.
         """
         q0, q1, p0, p1, width = self
         q0 = jnp.minimum(q0, 0.0)
         rise = q1 - q0
         secant = jnp.where(rise > 0, -q0 / jnp.where(rise > 0, rise, 1.0), 0.5)
-        # A function that bends one way is zero between the zeros of the secant and of a tangent.
+        # A convex or concave function has its zero between the zeros of the secant and of a tangent.
         tangents = jnp.stack([-over(q0, p0 * width), 1.0 - over(q1, p1 * width)])
         guesses = jnp.stack([secant, *jnp.where((tangents > 0) & (tangents < 1), tangents, secant)])
         near, far = jnp.min(guesses, axis=0), jnp.max(guesses, axis=0)

@@ -16,11 +16,11 @@ from .event_history import EventHistory
 from .moment import Approach, carried_to_moment
 from .run_events import RunEvents
 
-TOGETHER = 10  # rounds in which all conditions that have become true act at once; later on they act one by one
+TOGETHER = 10  # rounds in which all conditions that have become true act together; in later rounds, one at a time
 
 
 class Counted(Protocol):
-    """A round that knows its number."""
+    """A round with its number."""
 
     @property
     def count(self) -> Array: ...
@@ -30,48 +30,46 @@ R = TypeVar("R", bound=Counted)
 
 
 def most_rounds(n_events: int) -> int:
-    """How many rounds there may be: those of events together, and those of events one by one."""
+    """Limit on the number of rounds: those with all events together, and those with one event at a time."""
     return TOGETHER + 4 * n_events + 16
 
 
 def first_of(events: Array) -> Array:
-    """The first in the list, if there is any."""
+    """The first event in the list, if any."""
     return events & (jnp.cumsum(events) == 1)
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
-    """Round after round, for `most` at most; reverse mode goes back through them where it is said to."""
+    """Repeats `next_round` while `goes_on`, at most `most` times; `is_reversible` supports reverse mode."""
     if is_reversible:
         return while_loop(goes_on, next_round, start, max_steps=most, kind="bounded", base=16)
     return jax.lax.while_loop(lambda r: goes_on(r) & (r.count < most), next_round, start)
 
 
 class Round(NamedTuple):
-    """One round; `ys` is the stepped vector twice: as it is read, and after what has happened."""
+    """One round; `ys` holds the stepped vector that events read, and the vector after the events so far."""
 
     t: Array
     ys: Array
-    due: Array  # the events whose moment it is, and that have not happened yet
-    ticks: Array  # those that wait for all else: what was set to happen now, and the clocks of this instant
+    due: Array  # events that are due and have not happened yet
+    ticks: Array  # events that wait for all others: those rescheduled to this instant, and the clocks of this instant
     truths: Array
     holds: Array
     happened: Array
-    first: Array  # the first that happened, -1 if none
-    stored: Array  # energy before
+    first: Array  # the first event that happened, -1 if none
+    stored: Array  # stored energy before the events
     lost: Array
     order: Array  # at the start of a run, the last time of each past event
-    n_own: Array  # rounds of events that were due
+    n_own: Array  # number of rounds with due events
     history: EventHistory
-    before: Array  # the moment of the first listed event, and the vector then; empty if they are not asked for
+    before: Array  # the moment of the first listed event and the vector just before it; may be empty
     is_bad: Array
     goes_on: Array
     count: Any
 
 
 class Own(NamedTuple):
-    """The event of a round at its own moment, if it has one: of those of one instant, which ends at `now`, the first in
-    the list.
-    """
+    """The due event of a round, if any: the first in the list among those of one instant, which ends at `now`."""
 
     number: Array
     mask: Array
@@ -80,7 +78,7 @@ class Own(NamedTuple):
 
 
 class Iteration(NamedTuple):
-    """What is the same for all rounds of an instant; see `settle`."""
+    """Data shared by all rounds of an instant; see `settle`."""
 
     events: RunEvents
     approach: Approach
@@ -106,7 +104,7 @@ class Iteration(NamedTuple):
         chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begins, first_of(begins))
         fired = jnp.where(own.is_any, own.mask, chosen)
         if self.is_start and events.settings.stop and events.settings.direction is not False:
-            # At the start, a stop condition is met if it is exactly zero, else when it changes its sign.
+            # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.
             fired |= events.stops & (here.margins[-1] == 0) & is_first
         new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)
         acts = fired & events.acts
@@ -117,7 +115,7 @@ class Iteration(NamedTuple):
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         happened, is_listed = (fired | told)[: events.n_model], events.is_listed[: events.n_model]
-        # Where room is limited, what is not listed takes none of it.
+        # If the room for the history is limited, only listed events use it.
         happened = happened if events.settings.save == "chunk" else happened & is_listed
         history = r.history.noted(t, happened, is_listed)
         is_first_listed = (r.history.count == 0) & (history.count > 0)
@@ -142,7 +140,7 @@ class Iteration(NamedTuple):
         )
 
     def own(self, r: Round) -> Own:
-        # At the start only scheduled events may be due: without any, what carries them out is not compiled.
+        # At the start only scheduled events can be due. Without any, their code is not compiled.
         total, is_any = self.events.total, jnp.asarray(False)
         if not self.is_start or self.events.schedules:
             is_any = jnp.any(r.due)
@@ -153,11 +151,11 @@ class Iteration(NamedTuple):
         return Own(number, (jnp.arange(total) == number) & is_any, is_any, now)
 
     def before(self, r: Round, true: Array, is_first: Array) -> tuple[Array, Array, Array]:
-        """The conditions that held before a round; the events that are listed only; and those that set no discrete
-        variables any more.
+        """The conditions that held before a round; the events that are only listed; and those whose discrete variables
+        are already set.
 
-        At the start, an event that the search for it has carried out is listed, but does not happen again. That search
-        sets discrete variables only: other variables that the event sets are set here.
+        At the start, an event that the start search has executed is listed, but does not happen again. That search sets
+        discrete variables only; the event's other variables are set here.
         """
         events, given, none = self.events, self.given, jnp.zeros(self.events.total, bool)
         if not self.is_start:
@@ -172,27 +170,27 @@ class Iteration(NamedTuple):
     def following(
         self, r: Round, own: Own, t: Numbers, ys: Array, y: Array, any_fired: Array
     ) -> tuple[Array, Array, Array, Array]:
-        """The events that are due after a round which has led to y, those that wait, the vector that is read next, and
+        """The events due after a round with the result y, the waiting events, the vector that the next round reads, and
         the times of past events.
         """
         events, given, clocks = self.events, self.given, self.events.clocks
         due, ticks, base, order = r.due & ~own.mask, r.ticks, ys[0], r.order
         if self.is_start:
-            # Past events of one instant start from the values before all of them; those of the next instant, from the
-            # values that these have left.
+            # Past events of one instant read the values before all of them; those of the next instant read the values
+            # that these have set.
             is_now = due & (r.order <= own.now)
-            # An event is due again only at those of its times that this round has changed.
+            # An event is due again only at times that this round has changed.
             is_reset, last = events.set_anew(t, ys[1], y, given)
             is_reset &= ~is_now
             order = jnp.where(is_reset, last, r.order)
             due = own.is_any & jnp.isfinite(order) & (due | is_reset) & ~r.ticks
             base = jnp.where(own.is_any & (jnp.min(jnp.where(due, order, jnp.inf)) > own.now), y, base)
         elif events.resets_times:
-            # What is set to happen now, or earlier, happens now.
+            # Events rescheduled to this instant, or to an earlier one, happen now.
             _, last = events.set_anew(t, ys[1], y, given)
             ticks |= jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
-        # When all else has happened, what was set to happen now happens, and then the clocks tick. They read what holds
-        # now.
+        # After all other events, those rescheduled to this instant happen, and then the clocks tick, which read the
+        # current values.
         is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)
         next_ones = jnp.where(jnp.any(ticks & ~clocks), ticks & ~clocks, ticks) & is_quiet
         return due | next_ones, ticks & ~next_ones, jnp.where(own.is_any, base, y), order

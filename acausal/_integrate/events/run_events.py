@@ -1,4 +1,4 @@
-"""All that can happen in a run, as functions of a point."""
+"""The events of a run as functions of a point."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -20,12 +20,12 @@ from ..step.interval import Seen
 from .crossing import Conditions
 from .event_numbers import EventNumbers
 
-RESOLUTION = 4096  # hysteresis of relations, in roundings of the terms that they compare: a 1e-12th of these
+RESOLUTION = 4096  # hysteresis of relations in rounding units of the compared terms: about 1e-12 of their size
 
 
 class Here(NamedTuple):
-    """What is at a point: the margins of the relations, the new values that events would set, and the energy stored
-    (after the start).
+    """Values at a point: the crossing functions of the relations, the new values that events would set, and the stored
+    energy (after the start).
     """
 
     margins: Array
@@ -35,8 +35,8 @@ class Here(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class RunEvents(EventNumbers):
-    """The events of a run; their functions take the time, the stepped vector and the numbers of the run, and give one
-    number for each event. A run that `is_reversible` can be differentiated in reverse mode, too.
+    """The events of a run. Its functions take the time, the stepped vector and the numbers of the run, and return one
+    number for each event. If `is_reversible`, the run supports reverse mode, too.
     """
 
     is_reversible: bool
@@ -44,7 +44,7 @@ class RunEvents(EventNumbers):
     # The laws of `carried_to_moment`
 
     def rates(self, t: Numbers, y: Array, given: Given) -> Numbers:
-        """The derivative of the stepped vector; zero for what events change, and for algebraic unknowns."""
+        """The time derivative of the stepped vector; zero for its part held in steps and for algebraic unknowns."""
         layout, system = self.layout, self.system
         n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
@@ -53,24 +53,24 @@ class RunEvents(EventNumbers):
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
 
     def margin(self, number: Array, t: Array, y: Array, due: Array, given: Given) -> Numbers:
-        """The margin of one event, or how long it is past due."""
+        """The crossing function of one event; for a scheduled event, the time since it was due."""
         late = (t - due)[number]
         if not self.is_searched:
             return late
-        # Algebraic unknowns have no rates of their own; here they are functions of the time and the states.
+        # Algebraic unknowns have no rates; here they are functions of the time and the states.
         margins = self.margins(t, self.with_algebraic(t, y, given), given)
         return jnp.where(jnp.asarray(self.scheduled)[number], late, self.circuit(margins, -margins)[number])
 
-    # What is read at a point
+    # Values at a point
 
     def margins(self, t: Numbers, y: Array, given: Given) -> Array:
-        """How far each relation in a condition is from its limit, positive where it holds."""
+        """The crossing function of each relation in a condition, positive if the relation holds."""
         wanted = wanted_pairs(self.system, self.settings.read_by_margins)
         store = self.system.evaluate(t, y[self.layout.point], given.inputs, wanted)
         return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins))
 
     def margins_and_rates(self, t: Numbers, y: Array, given: Given) -> tuple[Array, Array]:
-        """The same, and the rates of the states."""
+        """The crossing functions, and the rates of the states."""
         wanted, point = wanted_pairs(self.system, self.settings.read_by_margins), y[self.layout.point]
         rates, store = self.system.vector_field_and_store(t, point, given.inputs, wanted)
         return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins)), rates
@@ -86,12 +86,12 @@ class RunEvents(EventNumbers):
         return jnp.concatenate(parts)
 
     def renewed(self, t: Numbers, truths: Array, margins: Array, given: Given) -> Array:
-        """The truths of the relations at a point: those within their bands keep theirs."""
+        """The truths of the relations at a point. Relations within their hysteresis bands keep their truths."""
         return jnp.where(jnp.abs(margins) > self.band(t, given), margins > 0, truths)
 
     def truths_at_start(self, t: Numbers, margins: Array, given: Given) -> Array:
-        """The truths of the relations at the start of a run. If it goes on from another one, those within their bands
-        count as not yet met: if they are about to be, that happens in this run.
+        """The truths of the relations at the start of a run. If it continues another run, relations within their bands
+        count as not yet met, so that an event about to happen falls into this run.
         """
         if not self.settings.is_resumed:
             return margins > 0
@@ -100,22 +100,22 @@ class RunEvents(EventNumbers):
         return jnp.where(jnp.abs(margins) <= self.band(t, given), met, margins > 0)
 
     def conditions(self, see: Callable[[Numbers], Seen], t: Numbers, armed: Array, given: Given) -> Conditions:
-        """The conditions on a path on which crossing functions are seen so, up to a time; relations that are not
-        `armed` have changed, and were not far from that since.
+        """The conditions on a path with the crossing functions `see`, up to a time. Relations that are not `armed` have
+        changed and have stayed close to zero since; their hysteresis is wider.
         """
         positive, negative = self.polarity
         band = jnp.where(armed, self.band(t, given), jnp.maximum(self.band(t, given), given.back))
         return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
 
     def band(self, t: Numbers, given: Given) -> Array:
-        """The hysteresis of each relation at a time: for relations of time alone, half the resolution of time."""
+        """The hysteresis of each relation at a time; half the time resolution for relations of time alone."""
         return jnp.where(self.of_time_alone, 0.5 * given.tick(t), given.band)
 
     def bands(self, given: Given) -> tuple[Array, Array]:
-        """The hysteresis of each relation, and that of its change back: shares of the size of its terms where all
-        variables have their nominal sizes. The first is that of rounding. The second is, for laws in pieces, the error
-        of the run: what comes to rest on a corner would otherwise pass it to and fro by errors. Relations of time
-        alone and the stop condition have none here.
+        """The hysteresis of each relation, and that of its change back, relative to the size of its terms at nominal
+        values of all variables. The first covers rounding. For piecewise laws, the second covers the error of the run:
+        otherwise errors would make a state at rest on a breakpoint cross it repeatedly. Both are zero here for
+        relations of time alone and for the stop condition.
         """
         events = self.system.events
         if events is None:
@@ -130,8 +130,8 @@ class RunEvents(EventNumbers):
         return least * size, jnp.where(self.of_laws, jnp.maximum(rtol, least), least) * size
 
     def _typical(self, leaf: int, given: Given) -> Numbers:
-        """The value of a parameter, a number near the nominal size of a variable, another one for each, and zero for a
-        discrete variable, which may be far away until it is set.
+        """A typical value: that of a parameter; a different random number near the nominal size for each variable; zero
+        for a discrete variable, whose initial value may be far off until it is set.
         """
         flat = self.system.flat.leaves[leaf]
         if flat.declaration.role == "discrete":
@@ -142,7 +142,7 @@ class RunEvents(EventNumbers):
         return jnp.asarray(nominal_size(flat) * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
 
     def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
-        """What holds at a point, and what events would change there."""
+        """The crossing functions at a point, the new values that events would set there, and the stored energy."""
         system, events, stop = self.system, self.system.events, self.settings.stop
         stored = None if is_start else self.settings.stored
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
@@ -160,10 +160,10 @@ class RunEvents(EventNumbers):
         )
 
     def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
-        """The next time of each scheduled event after t, or after it was last `done`; infinite for the others."""
+        """The next time of each scheduled event after t, or after it was last `done`; infinite for other events."""
         events, far = self.system.events, given.direction * jnp.inf
         since = t
-        if done is not None:  # times as close to the start as rounding tells have happened, too
+        if done is not None:  # events within the time resolution of the start have happened, too
             since = jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf)) + 0.5 * given.tick(t)
         since = jnp.broadcast_to(since, self.total)
         own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, given)]
@@ -177,18 +177,18 @@ class RunEvents(EventNumbers):
         return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
 
     def past(self, t: Array, y: Array, given: Given) -> Array:
-        """The last time of each scheduled event of the model that is not after t; infinite where there is none."""
+        """The last time not after t of each scheduled event of the model; infinite if there is none."""
         return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, given)], jnp.inf)
 
     def set_anew(self, t: Numbers, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
-        """Which scheduled events of the model have times that differ between two vectors, and the last of these times
-        that is not after t, as the second vector tells; infinite where there is none.
+        """The scheduled events of the model whose times differ between two vectors, and the last of these times in the
+        second vector that is not after t; infinite if there is none.
         """
 
         def tables(y: Array) -> list[tuple[Array, Array | None]]:
             return [(times, every) for times, every, _ in self._times(t, y, given)]
 
-        # Both are computed in one way, so that they do not differ by rounding.
+        # One batch computes both, so that they do not differ by rounding.
         found = jax.vmap(tables)(jax.lax.stop_gradient(jnp.stack([before, after])))
         moved, last = [], []
         for times, every in found:
@@ -201,18 +201,18 @@ class RunEvents(EventNumbers):
         return self._by_event(moved, False), self._by_event(last, jnp.inf)
 
     def _by_event(self, parts: list[Array], filler: Numbers) -> Array:
-        """For all events what `parts` say of the scheduled ones of the model, the filler for all others."""
+        """Values for all events: `parts` for the scheduled events of the model, the filler for all others."""
         own = _spread(parts, self._place_of_time, filler)
         return jnp.concatenate([own, jnp.full(self.total - self.n_model, filler)])
 
     def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
-        """The time farthest from zero among the start and the first times of what repeats; None where nothing does."""
+        """The largest absolute time among the start and the first times of repeating events; None without any."""
         times = self._times(jnp.asarray(t0, float), y, given)
         firsts = [farthest(time, every, t0) for time, every, _ in times if every is not None]
         return jax.lax.stop_gradient(jnp.max(jnp.stack([jnp.abs(t0), *firsts]))) if firsts else None
 
     def done(self, given: Given) -> Array | np.ndarray:
-        """Those that have happened already where they are true at the start, as far as discrete variables go."""
+        """Events that, if their conditions hold at the start, have already set their discrete variables."""
         if given.numbers.past is None:
             return self._done
         return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))
@@ -231,8 +231,8 @@ class RunEvents(EventNumbers):
         return -value if self.settings.direction is False else value
 
     def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array | None, np.ndarray]]:
-        """Rows of times, their periods, and their places among the events: of those that happen once, whose period is
-        None, and of those that repeat.
+        """Rows of times, their periods, and the numbers of their events, for each schedule: events that happen once
+        (the period is None), and events that repeat.
         """
         events = self.system.events
         if events is None:
@@ -247,7 +247,7 @@ class RunEvents(EventNumbers):
         return values_of(self.system, t, y[self.layout.point], given.inputs, store, leaves)
 
     def with_algebraic(self, t: Array, y: Array, given: Given, *, anew: Truth = False) -> Array:
-        """The vector with the algebraic unknowns of the mass-matrix form that belong to its states."""
+        """The vector with the algebraic unknowns of the mass-matrix form solved for its states."""
         system = self.system
         if system.solved is None:
             return y
@@ -256,7 +256,7 @@ class RunEvents(EventNumbers):
         return self.layout.with_part(y, slice(n, self.layout.n_states), values)
 
     def _ordinary(self, y: Array) -> Array:
-        """The point for the system whose algebraic unknowns are solved for, with those of the vector as guesses."""
+        """The point of the system that solves for its algebraic unknowns, with those of the vector as guesses."""
         solved = self.system.solved
         if solved is None:
             return y[self.layout.point]
@@ -267,7 +267,7 @@ class RunEvents(EventNumbers):
 
 
 def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tuple[Array, Array | None]:
-    """A row of times for each event, filled up with what never comes; and a column of periods, None without them."""
+    """A row of times for each event, padded with infinity; and a column of periods, None without them."""
     rows = [times[i].reshape(count, -1) for i, count in schedule.entries]
     width = max(row.shape[1] for row in rows)
     rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
@@ -276,5 +276,5 @@ def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tupl
 
 
 def _spread(parts: list[Array], index: np.ndarray, filler: Numbers) -> Array:
-    """Elements by index of a vector of the filler and, behind it, all `parts`."""
+    """Elements by index of the vector that consists of the filler followed by all `parts`."""
     return jnp.concatenate([jnp.reshape(jnp.asarray(filler), 1), *(jnp.ravel(part) for part in parts)])[index]

@@ -1,4 +1,4 @@
-"""Where functions turn from rising to falling along the path of a step."""
+"""Maxima of functions along the path of a step."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -11,17 +11,17 @@ from jaxtyping import PyTree
 from ..._numbers import Numbers
 from ..step.interval import MOST, TURN, Seen, advance, over
 
-NODES = 2  # parts of a step, at whose ends rates are looked at, if no angle turns fast
-# Share of a step of the shortest part; what turns faster still is only sampled. And share of a part to which a turn is
-# narrowed down: from there, one step of Newton's method finds it.
+NODES = 2  # number of parts of a step at whose ends rates are evaluated, if no phase changes fast
+# Shortest part relative to the step; faster phases are only sampled. Also the width, relative to its part, to which a
+# maximum is bracketed: from there, one Newton step finds it.
 CLOSE = 1e-5
-FIRST = 5  # looks by Newton's method; a turn that takes more is not smooth, or not simple
+FIRST = 5  # Newton steps; a maximum that needs more is not smooth, or not simple
 
 
 class Turn(NamedTuple):
-    """Where functions turn: between `low` and `high`, which are close together, at the slope `bend` of their rates.
+    """Maxima of functions: each lies between `low` and `high`, which are close, with the second derivative `bend`.
 
-    Where a rate jumps, at a kink, the turn is not smooth.
+    A maximum at a kink, where the rate jumps, is not smooth.
     """
 
     low: Array
@@ -32,10 +32,10 @@ class Turn(NamedTuple):
 
 
 class _Walk(NamedTuple):
-    """How far the search has come, for each function by itself: there is no higher turn before `node`.
+    """State of the search for each function: all maxima before `node` have been examined.
 
-    While it `narrows` down a turn, this lies between `low` and `high`, on a part on which the rate falls by `fall`.
-    `last` is the point that was looked at before, `x` the time that is looked at next.
+    While the search `narrows` the bracket of a maximum, this is from `low` to `high`, on a part on which the rate falls
+    by `fall`. `last` is the previously evaluated point, `x` the time of the next one.
     """
 
     node: Seen
@@ -52,16 +52,15 @@ class _Walk(NamedTuple):
 
 
 def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers, best: Array) -> Turn:
-    """For each function that is `seen`, the turn between two times that leads highest, if any leads beyond the `best`
-    so far.
+    """The highest maximum of each function of `seen` between two times, if it exceeds the `best` value so far.
 
-    Rates are looked at at both ends and in the middle; and in more places where an angle, of which a sine is taken, or
-    a stair turns fast, since while nothing moves, steps are longer than the periods of what varies with a time or an
-    angle. Between two places each function may turn once. Tangents meet above whatever bends one way: only where they
-    meet above the best so far is a turn narrowed down.
+    Rates are evaluated at both ends and in the middle, and at more points if the phase of a sine or of a stair function
+    changes fast: while the states rest, steps are longer than the periods of functions of time or of an angle. Between
+    two points each function may have one maximum. The tangents at the ends of a part intersect above a concave
+    function, so a maximum is bracketed only if they intersect above the best value so far.
     """
     n, width = len(best), end - start
-    angle = 0.5 * TURN  # the square of a sine turns twice as fast
+    angle = 0.5 * TURN  # the square of a sine has twice its frequency
 
     def look(walk: _Walk) -> _Walk:
         points = jax.vmap(seen)(walk.x)
@@ -69,7 +68,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
 
     def walked(walk: _Walk, new: Seen) -> _Walk:
-        """After a look at the end of a part, which becomes a node if no angle turns too far on it."""
+        """The state after evaluating the end of a part, which becomes a node unless a phase changes too much on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
         is_far = (turned > angle * (1.0 + 1e-6)) & (wide > 2.0 * CLOSE * width)
@@ -97,7 +96,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
 
     def narrowed(walk: _Walk, new: Seen) -> _Walk:
-        """After a look between `low` and `high`."""
+        """The state after an evaluation between `low` and `high`."""
         rises = new.rate > 0.0
         low, high = _pick(rises, new, walk.low), _pick(rises, walk.high, new)
         gap, fall = high.t - low.t, low.rate - high.rate
@@ -106,7 +105,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         is_better = is_closed & (value > walk.best)
         is_smooth = fall <= jnp.sqrt(jnp.abs(gap / jnp.where(walk.part == 0.0, 1.0, walk.part))) * walk.fall
         turn = Turn(low.t, high.t, -over(fall, gap), is_smooth, is_closed)
-        # Newton's method on the rate by the slope between the last two points; at a kink, where the tangents meet.
+        # Newton's method for the rate, with the slope between the last two points; at a kink, the tangents' crossing.
         slope = over(new.rate - walk.last.rate, new.t - walk.last.t)
         newton = new.t - over(new.rate, slope)
         middle, meet = low.t + 0.5 * gap, low.t + over(high.g - low.g - high.rate * gap, fall)
@@ -140,11 +139,11 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
 
 
 def _within(x: Array, low: Seen, high: Seen, part: Array) -> Array:
-    """A time between two others, not quite at either, so that both close in on what is near one of them."""
+    """A time limited to the inside of an interval, so that both ends converge to a maximum near one of them."""
     least = 0.5 * CLOSE * part
     return jnp.clip(x, low.t + least, high.t - least)
 
 
 def _pick(condition: Array, a: PyTree, b: PyTree) -> PyTree:
-    """Function by function one or the other."""
+    """Selects from a or b for each function."""
     return jax.tree.map(lambda x, y: jnp.where(condition.reshape(-1, *[1] * (x.ndim - 1)), x, y), a, b)

@@ -1,4 +1,4 @@
-"""What the loop over the steps carries from step to step."""
+"""State of the loop over the steps."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,7 @@ from ..step.record import Record
 
 
 class Rows(NamedTuple):
-    """Times asked for and the vectors there, of which `n` have been reached."""
+    """The requested times and the vectors there; `n` of them have been reached."""
 
     ts: Any
     ys: Any
@@ -20,13 +20,13 @@ class Rows(NamedTuple):
 
 
 class Carry(NamedTuple):
-    """What is carried from step to step; times count forwards, but for those `due`.
+    """The loop state between steps; times increase in the loop, except the model times `due`.
 
-    A relation is `armed` at the start, and one that has changed is so again once its crossing function was farther from
-    zero than an error of the run; `farthest` is how far it was at most at the ends of steps. `seen` is what was looked
-    at at the end of the last step, unless something has `jumped` since. `before` is the moment of the first listed
-    event at the end of the last step and the vector just before it, infinite if there is none; it is empty if steps are
-    not recorded. A number of events in a row, the `crowd`, were close to the time `mark`.
+    Relations are `armed` at the start. A relation that has changed is armed again once its crossing function has been
+    farther from zero than an error of the run; `farthest` is its largest distance at the ends of steps. `seen` holds
+    the crossing functions at the end of the last step, valid unless something has `jumped` since. `before` is the
+    moment of the first listed event at the end of the last step and the vector just before it, infinite if there is
+    none, and empty if steps are not recorded. The last `crowd` events in a row were close to the time `mark`.
     """
 
     t: Array

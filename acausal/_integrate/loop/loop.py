@@ -1,4 +1,4 @@
-"""The loop over the steps of a run, and what happens at the end of each."""
+"""The loop over the steps of a run, with the events at the end of each."""
 
 from collections.abc import Callable
 from typing import Any
@@ -21,16 +21,16 @@ from .carry import Carry
 from .starting import Begun
 from .steps import Steps
 
-CROWD = 16  # events accumulate where more than so many, and two of each, are close together
-INTERVAL = 1e-9  # share of the time span within which events are close together
-EARLY = 1e-2  # share of a step within which a relation does not change back by more than an error of the run
+CROWD = 16  # events accumulate if more than this number plus two per event are close together
+INTERVAL = 1e-9  # fraction of the time span within which events are close together
+EARLY = 1e-2  # fraction of a step: if a relation changes back within it, the step is too long
 
 
 class Run(Steps):
-    """The steps of a run, up to its end."""
+    """The time loop of a run."""
 
     def first(self, begun: Begun) -> Carry:
-        """What is carried into the first step; no step is recorded yet."""
+        """The loop state before the first step, without recorded steps."""
         y = begun.y
         args, core = self.given.carrying(y[self.layout.carried]), self.layout.core(y)
         dt0 = self.given.numbers.dt0
@@ -67,13 +67,13 @@ class Run(Steps):
         )
 
     def goes_on(self, c: Carry) -> Array:
-        """Whether the run is not over."""
+        """Whether the run continues."""
         most = self.given.numbers.most
         goes_on = (c.t < self.t1) & (c.outcome == 0) & ~c.failed
         return goes_on if most is None else goes_on & (c.n_steps < most)
 
     def steps(self, c: Carry) -> Carry:
-        """Steps up to the end of the run, or as many as there is room for."""
+        """Takes steps up to the end of the run, or as many as there is room for."""
         settings = self.settings
         c = c._replace(record=self.no_record(c))
         if settings.save == "chunk" and c.history is not None:
@@ -92,7 +92,7 @@ class Run(Steps):
         return end
 
     def body(self, c: Carry) -> Carry:
-        """A step and what happens at its end."""
+        """Takes a step and handles the events at its end."""
         layout, given, events = self.layout, self.given, self.events
         t0, y0 = c.t, c.y
         carried = y0[layout.carried]
@@ -100,7 +100,7 @@ class Run(Steps):
         instant, is_before = self.limit(c.due)
         planned = self.planned(t0, c.control.wish, instant, is_before)
         meets = is_before & (instant <= planned + given.tick(planned))
-        # Nothing has changed just before an instant, nor at the end of the run, which rounding does not tell from it.
+        # The step ends just before an instant, where nothing has changed yet, also if the run ends at that instant.
         is_end = ~is_before & (instant <= planned)
         early = instant - 0.5 * given.tick(instant)
         t1 = jnp.where(meets, early, planned - jax.lax.stop_gradient(jnp.where(is_end, planned - early, 0.0)))
@@ -121,7 +121,7 @@ class Run(Steps):
             settled = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1)))
         else:
             settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
-            # The step did not resolve what follows an event.
+            # The step was too long to resolve the solution just after an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
             if np.any(events.curved):
@@ -133,7 +133,7 @@ class Run(Steps):
             y = layout.with_part(y, layout.peaks, new)
         rows = self.saved(path, c, t, keep)
         record = self.recorded(c, settled, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
-        # A step of which little was used gives no reason for a longer one.
+        # A step that an event cuts short is no reason for a longer step.
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
         chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, record=None, meter=None)
@@ -154,9 +154,9 @@ class Run(Steps):
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
     ) -> tuple[Carry, Array, Array]:
-        """What is carried on from the end of a step, or from the first events in it, after what happens there; and
-        times that have been found in the step at which equations change: up to the first one it has to be repeated.
-        Last, whether a relation that has just changed changes back at once, so that the step has to be shorter.
+        """The loop state after the first events in a step, or else at its end. Also the times located in the step at
+        which equations change, up to the first of which the step must be repeated; and whether a relation that has just
+        changed changes back immediately, so that the step must be shorter.
         """
         events, given, forward = self.events, self.given, self.forward
         assert events is not None
@@ -167,7 +167,7 @@ class Run(Steps):
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = hold(instant)
         is_there = meets & (instant <= stop + 2.0 * short)
-        # Beyond all that is due: equations have changed there.
+        # Just after all due times, where the equations have changed.
         t = jnp.where(is_there, instant + given.tick(instant), stop)
         is_due = is_there & (forward * c.due <= t)
         new = jnp.where(found.begins & events.curved & ~is_due, forward * stop, forward * jnp.inf)
@@ -189,11 +189,11 @@ class Run(Steps):
 
         approach = Approach(forward * before, forward * found.pace, lag)
         changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, begins)
-        # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
+        # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
         behind = jnp.where(is_there & (changed.outcome == STOPPED), given.tick(changed.t), 0.0)
         t = changed.t + behind
         t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
-        # The equations may have changed at the end of the run, too, beyond which nothing is looked for.
+        # The equations may also change at the end of the run, after which no search follows.
         y = self.remembered(t, changed.y, anew=is_any | (t >= self.t1))
         armed, farthest = c.armed & (changed.truths == c.truths), c.farthest
         if events.is_searched:
@@ -205,13 +205,13 @@ class Run(Steps):
         return carried, new, is_early
 
     def happened(self, c: Carry, approach: Approach, begins: Array) -> Carry:
-        """What is carried on from an instant, after the events that begin there and all that follows from them."""
+        """The loop state after an instant, with the events that begin there and all events that they trigger."""
         events, given, forward = self.events, self.given, self.forward
         assert events is not None
         log = EventHistory.empty(AT_ONCE, events.n_model)
 
         def settled() -> dict[str, Any]:
-            # What is not due has no time, and reverse mode must not meet its infinity.
+            # Events that are not scheduled have infinite times, which reverse mode must not see.
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             holds = events.circuit.hold(c.truths)
             end = settle(
@@ -242,7 +242,7 @@ class Run(Steps):
         return c._replace(**jax.lax.cond(unvmap_any(jnp.any(begins)), settled, idle))
 
     def crowded(self, c: Carry, t: Array, begins: Array) -> tuple[Array, Array, Array]:
-        """Since when events have been close together, how many, and whether they accumulate."""
+        """The start of a series of close events, their number, and whether they accumulate."""
         assert self.events is not None
         span = jnp.abs(self.t1 - self.t0)
         happens = jnp.any(begins & ~self.events.scheduled)
@@ -253,7 +253,7 @@ class Run(Steps):
 
 
 def _lag(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
-    """What rates miss at the first event: see `Approach`."""
+    """Correction of the rates at the first event (see `Approach`)."""
     assert path.course is not None
     _, pace = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
     return jax.tree_util.Partial(Course.lag, path.course, pace[path.layout.states] + shift_rate)

@@ -1,4 +1,4 @@
-"""The first of the saved points of a run at which a variable is not finite."""
+"""The first saved point of a run at which a variable is not finite."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -15,7 +15,7 @@ from .carry import Carry
 
 
 class Point(NamedTuple):
-    """A time, the vector that the equations are evaluated from, and whether the solution shows the point."""
+    """A time, the vector for evaluating the equations there, and whether the solution shows the point."""
 
     t: Numbers
     y: Array
@@ -23,16 +23,16 @@ class Point(NamedTuple):
 
 
 class NotFinite(NamedTuple):
-    """Whether there is such a point, and which; if there is none, the last one that was looked at."""
+    """Whether there is a non-finite point, and this point; if there is none, the last point checked."""
 
     exists: Truth
     point: Point
 
 
 def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
-    """The first saved point at which a variable is not finite. The end of the run is not one of them.
+    """The first saved point at which a variable is not finite, excluding the end of the run.
 
-    Parameters and discrete variables do not count: an infinite time may mean "never".
+    Parameters and discrete variables are not checked: an infinite time may mean "never".
     """
     given, end = jax.lax.stop_gradient((given, end))
     system, forward = settings.system, given.direction
@@ -53,23 +53,23 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
     return jax.lax.while_loop(goes_on, look, (jnp.asarray(0), none))[1]
 
 
-Points = tuple[Array, Callable[[Array], Point]]  # how many there are, and the point of a number
+Points = tuple[Array, Callable[[Array], Point]]  # number of points, and the point of an index
 
 
 def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
-    """The times asked for."""
+    """The points at the requested times."""
     rows, here = end.rows, settings.layout.point
     assert rows is not None
 
     def row(i: Array) -> Point:
         return Point(forward * rows.ts[i], rows.ys[i, here], jnp.asarray(True))
 
-    # The last of the times asked for fills up those that the program is compiled for.
+    # The times are padded with the last requested one, up to the number that the program is compiled for.
     return jnp.minimum(rows.n, 1 + jnp.sum(rows.ts < rows.ts[rows.n - 1])), row
 
 
 def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
-    """The recorded steps, and what was before events."""
+    """The points at the recorded steps, and just before events."""
     record, here = end.record, settings.layout.point
     assert record is not None
 

@@ -1,4 +1,4 @@
-"""The largest values that functions of the variables take over a run, and when."""
+"""Maxima of functions of the variables over a run, and their times."""
 
 import dataclasses
 import functools as ft
@@ -18,11 +18,11 @@ from ..step.course import share
 from ..step.interval import LOOKS, Seen, seen, seen_on_course
 from ..step.span import Span
 
-DERIVATIVES = 2  # orders of differentiation that are right, each of which takes a step of Newton's method
+DERIVATIVES = 2  # highest correct order of differentiation; each order takes one Newton step
 
 
 class Peak(NamedTuple):
-    """The largest value over a run, and the time at which it is taken."""
+    """The largest value over a run, and its time."""
 
     value: Array
     time: Array
@@ -30,15 +30,15 @@ class Peak(NamedTuple):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Peaks:
-    """The functions of which peaks are asked for, and the peaks up to the end of a step.
+    """The functions with requested peaks, and their peaks up to the end of a step.
 
-    Within a step that is where the rate along its dense output vanishes. With the rate r and its slope there,
+    A maximum within a step is a zero of the rate along the dense output. With the rate r and its slope r' close to it,
 
-        t* = t - r / r',    g* = g - r^2 / (2 r'),
+        t* = t - r / r',    g* = g - r^2 / (2 r')
 
-    a step of Newton's method, whose derivatives are those of the extremum: by the implicit function theorem, and by the
-    envelope theorem. A kink is where the tangents from both sides meet. A second step, from points that move as the
-    first one says, has second derivatives, too.
+    is a Newton step. Its derivatives are those of the extremum, by the implicit function theorem and the envelope
+    theorem. A kink is the intersection of the tangents from both sides. A second Newton step, from points that move
+    with the result of the first one, also has the correct second derivatives.
     """
 
     settings: Settings
@@ -55,7 +55,7 @@ class Peaks:
         return self._values(t, point, given, store)
 
     def _values_and_rates(self, given: Given, t: Numbers, y: Array) -> tuple[Array, Array]:
-        """The same and the rates of the states, in the time of the solver."""
+        """The functions and the rates of the states at a point, in the time of the solver."""
         system, point, forward = self.settings.system, y[self.settings.layout.point], given.direction
         wanted = wanted_pairs(system, self._function.leaves)
         rates, store = system.vector_field_and_store(forward * t, point, given.inputs, wanted)
@@ -67,19 +67,19 @@ class Peaks:
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
 
     def _seen(self, path: Span, given: Given, t: Numbers) -> Seen:
-        """The functions at a time on the path of a step."""
+        """The functions, their rates and phases at a time on the path of a step."""
         if path.course is None:
             return seen(lambda t: self.values(given.direction * t, path.plain(t), given), t)
         error = ft.partial(path.course.error_at, path.inner)
         return seen_on_course(ft.partial(self._values_and_rates, given), path.plain, error, t)._replace(shift=())
 
     def begun(self, t: Array, y: Array, given: Given) -> Array:
-        """The peaks where a run starts."""
+        """The peaks at the start of a run."""
         values = self.values(given.direction * t, y, given)
         return jnp.concatenate([values, jnp.full(len(values), t)])
 
     def _along(self, t: Array, path: Span, given: Given) -> tuple[Array, Array]:
-        """The functions at a place on the path of a step, and their rates."""
+        """The functions and their rates at a position on the path of a step."""
         held = jax.lax.stop_gradient(path.inner)
 
         def values(t: Array) -> Array:
@@ -98,7 +98,7 @@ class Peaks:
         return jax.jvp(values, (t,), (jnp.ones_like(t),))
 
     def renewed(self, path: Span, end: Numbers, y: Array, given: Given) -> Array:
-        """The peaks after a step along a path, which ends at a time with the vector y, that after an event."""
+        """The peaks after a step along a path to the time `end`; y is the vector there after the events."""
         old, forward = y[self.settings.layout.peaks], given.direction
         best = Peak(*jnp.split(old, 2))
 
@@ -113,7 +113,7 @@ class Peaks:
             found, rates = jax.vmap(lambda t: self._along(t, path, given))(x)
             low, high = ((_own(found[part]), _own(rates[part]), x[part]) for part in (slice(n), slice(n, 2 * n)))
             top = _extremum(turn, low, high)
-            # Zero, but it moves with the extremum.
+            # Zero, with the derivatives of the time of the extremum.
             return jnp.where(turn.exists, top.time - hold(top.time), 0.0), (top, found[-1])
 
         tops, ends = jax.lax.scan(again, jnp.zeros(n), None, length=DERIVATIVES)[1]
@@ -127,12 +127,12 @@ class Peaks:
 
 
 def _own(part: Array) -> Array:
-    """The diagonal of [functions, places]: each function at the place of its own peak."""
+    """The diagonal of [functions, positions]: each function at the position of its own peak."""
     return jnp.diagonal(part)
 
 
 def _extremum(turn: Turn, low: tuple[Array, Array, Array], high: tuple[Array, Array, Array]) -> Peak:
-    """The peaks between two times, from the values and rates at both."""
+    """The peaks between two times, from the values and rates at both times."""
     (g, rate, t), (g_high, rate_high, t_high) = low, high
     bend = jnp.where(turn.bend < 0.0, turn.bend, -jnp.inf)
     smooth = Peak(g - rate**2 / (2.0 * bend), t - rate / bend)

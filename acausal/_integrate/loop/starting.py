@@ -1,4 +1,4 @@
-"""What is at the start of a run, before anything is integrated: past events, and what they lead to."""
+"""The start of a run, before integration: past events and the events that they trigger."""
 
 import dataclasses
 import functools as ft
@@ -26,8 +26,8 @@ from .peaks import Peaks
 
 
 class Begun(NamedTuple):
-    """The start of a run: its time, the vector after what happens there, the truths of relations and the conditions
-    that hold, when scheduled events are due, what happened, and why the run ends there, 0 if it does not.
+    """The start of a run: its time, the vector after the events there, the relations and conditions that hold, the due
+    times of scheduled events, the event history, and the reason why the run ends there (0 if it continues).
     """
 
     t: Array
@@ -40,7 +40,7 @@ class Begun(NamedTuple):
 
 
 def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None) -> tuple[Given, Begun]:
-    """The start of a run from its states, and the numbers of the run, from when it counts among them."""
+    """The numbers of the run, completed by its time resolution and hysteresis, and its start from the states `y0`."""
     system, layout, numbers = settings.system, settings.layout, given.numbers
     values = given.inputs.params.leaves
     discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
@@ -62,7 +62,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
         begins &= past >= t0 - given.tick(t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + given.tick(numbers.past.time)
-    approach = Approach(t0, jnp.zeros(events.total))  # nothing has led here
+    approach = Approach(t0, jnp.zeros(events.total))  # there is no previous step
     truths, due = jnp.zeros(events.n_margins, bool), jnp.zeros(events.total)
     settled = settle(events, t0, approach, y, begins, truths, none, due, history, given, order=past)
     y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
@@ -71,7 +71,7 @@ def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None)
     history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
     loop = ft.partial(while_loop, kind="bounded" if events.is_reversible else "lax")
     history = history.followed_by(settled.history, loop)
-    # A run that stops at an instant ends behind it, so that what was due there is past in a run that continues it.
+    # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
     is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))
     t = jnp.where(is_past, t0 + 2.0 * given.tick(t0), t0)
     return given, Begun(t, y, settled.truths, settled.holds, due, history, settled.outcome)
@@ -93,8 +93,8 @@ def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
 
 
 class Start(NamedTuple):
-    """The events of a model, the stepped vector after those at the start, the conditions that hold there, and why a run
-    would end there, 0 if it would not.
+    """The events of a model, the numbers of a run, the stepped vector after the events at the start, the conditions
+    that hold there, and the reason why a run would end there (0 if it would continue).
     """
 
     events: RunEvents
@@ -109,7 +109,7 @@ class Start(NamedTuple):
 
     @property
     def discrete(self) -> Array:
-        """The discrete variables, one after the other."""
+        """The discrete variables as a flat vector."""
         return self.y[self.events.layout.discrete]
 
 
@@ -123,8 +123,8 @@ def start_of(
     is_started: bool = False,
     is_search: bool = False,
 ) -> Start:
-    """What happens at the start of a run from these states, in a model with events, or of a search from there; past
-    events happen unless they have already.
+    """The start of a run, or of a start search, from these states in a model with events. Past events happen unless
+    they have already.
     """
     none = diffrax.NoProgressMeter()
     settings = Settings(
@@ -138,7 +138,7 @@ def start_of(
 
 
 def why_ended(system: System, outcome: float, holds: Array) -> str:
-    """What to say of a run that ends at its start."""
+    """Error message for a run that ends at its start."""
     events = system.events
     assert events is not None
     if outcome == REFUSED:

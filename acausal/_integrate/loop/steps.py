@@ -1,4 +1,4 @@
-"""A step of a run and what is read of it: its end, its dense output, the first event in it, and what is saved."""
+"""A step of a run: its end, its dense output, the first event in it, and the saved data."""
 
 import dataclasses
 import functools as ft
@@ -48,8 +48,8 @@ class Steps:
         self.terms = diffrax.ODETerm(lambda t, y, args: args.direction * field(args.direction * t, y, args))
 
     def attempt(self, core: Array, given: Given, where: tuple[Any, Array, Array, Array, Any]) -> Any:
-        """The end of a step, its error, and what else it leaves; `where` has the solver and what it takes beside the
-        core. All numbers are arguments, since derivatives are defined by them.
+        """The end of a step, its error and its other results; `where` holds the solver and its inputs other than the
+        core. All numbers are arguments, because derivatives are taken with respect to arguments.
         """
         solver, t0, t1, jumped, inner = where
         if self.settings.follows_course:
@@ -60,14 +60,14 @@ class Steps:
         return core, jnp.where(failed, jnp.inf, error), (info, None, inner, jnp.asarray(failed))
 
     def projected(self, t: Array, y: Vector) -> Vector:
-        """The vector on the invariants."""
+        """Projects the vector onto the invariants."""
         if not self.system.ordered.invariants:
             return y
         new = onto_invariants(self.system, self.forward * t, y[self.layout.point], self.given.inputs)
         return self.layout.with_part(y, self.layout.states, new)
 
     def remembered(self, t: Array, y: Vector, *, anew: Truth = False) -> Vector:
-        """The vector with the unknowns that belong to it."""
+        """The vector with the tearing variables at this point, the warm start of later iterations."""
         memory = self.layout.memory
         if not self.system.carried.memory:
             return y
@@ -75,20 +75,20 @@ class Steps:
         return self.layout.with_part(y, memory, new[memory])
 
     def limit(self, due: Array) -> tuple[Array, Array]:
-        """The next instant at which something is known to happen, and whether that is before the end of the run."""
+        """The next time event, and whether it is before the end of the run."""
         if self.events is None:
             return jnp.asarray(jnp.inf), jnp.asarray(False)
         instant = self.forward * first(due, self.forward)
         return instant, instant < self.t1 - self.given.tick(self.t1)
 
     def planned(self, t: Array, wish: Array, instant: Array, is_before: Array) -> Array:
-        """The end of a step of this length, or the instant or the end of the run that comes before."""
+        """The end of a step of size `wish`, limited by the next time event and by the end of the run."""
         end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
-        # Not a step of rounding afterwards.
+        # Avoid a tiny step after this one.
         return jnp.where(t + wish > end - 100.0 * self.given.tick(end), end, t + wish)
 
     def not_seen(self, y: Vector) -> Seen | None:
-        """What is not known at the start of the run."""
+        """Placeholder for the crossing functions, which are unknown before the first step."""
         events = self.events
         if events is None or not events.is_searched:
             return None
@@ -99,7 +99,7 @@ class Steps:
         return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
 
     def look(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
-        """The first event of a step by crossing functions."""
+        """Locates the first event of a step by crossing functions."""
         assert self.events is not None
         if not self.events.is_searched:
             n = self.events.total
@@ -130,7 +130,7 @@ class Steps:
             goes,
         )
 
-    # What is saved
+    # Saved data
 
     def noted(self, history: EventHistory | None, instant: EventHistory | None, keep: Array) -> EventHistory | None:
         """The history with the events of a step."""
@@ -140,7 +140,7 @@ class Steps:
         return history.followed_by(kept, self._inner_loop)
 
     def no_history(self) -> EventHistory | None:
-        """A history with room for the moments to come, and for those of one instant more."""
+        """An empty history with room for `max_events` moments, and for those of one more instant."""
         events = self.events
         return None if events is None else EventHistory.empty(self.settings.max_events + AT_ONCE, events.n_model)
 
@@ -150,7 +150,7 @@ class Steps:
         return ft.partial(while_loop, kind="bounded" if self.kind.is_reversible else "lax")
 
     def saved(self, path: Span, c: Carry, t: Array, keep: Array) -> Rows | None:
-        """The rows after a step along a path, which ends at t."""
+        """The rows of requested times after a step along a path, which ends at t."""
         times = self.given.numbers.times
         if times is None:
             return None
@@ -169,16 +169,14 @@ class Steps:
         return self._inner_loop(is_passed, save, c.rows, max_steps=len(times), buffers=lambda rows: (rows.ts, rows.ys))
 
     def no_rows(self) -> Rows | None:
-        """The rows of a run that has not begun."""
+        """Empty rows at the start of a run."""
         times = self.given.numbers.times
         if times is None:
             return None
         return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
 
     def recorded(self, c: Carry, settled: Carry, y: Vector, keep: Array, info: PyTree) -> Record | None:
-        """The record after a step that leads to `settled`, there with the vector y, and whose dense output is evaluated
-        from `info`.
-        """
+        """The record after a step to the loop state `settled`, with the vector y there and dense output data `info`."""
         record = c.record
         if record is None:
             return None
@@ -192,7 +190,7 @@ class Steps:
         return Record(ts, ys, moments, befores, infos, record.n + keep)
 
     def no_record(self, c: Carry) -> Record | None:
-        """The record of steps to come."""
+        """An empty record."""
         if not self.settings.keeps_steps:
             return None
         n, y = self.settings.max_steps, c.y
@@ -211,8 +209,8 @@ class Steps:
         return Record(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
 
     def buffers(self, c: Carry) -> PyTree:
-        """What is written to, one row after the other."""
-        # What there is none of is not asked of the carry, in whose place there may be a tree of other leaves.
+        """The arrays that the loop fills row by row."""
+        # Absent parts are not read from the carry, which may be a tree with other leaves in their place.
         found: list[PyTree] = []
         if self.given.numbers.times is not None:
             found += [c.rows.ts, c.rows.ys]  # pyright: ignore[reportOptionalMemberAccess]
@@ -225,7 +223,7 @@ class Steps:
 
 
 def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:
-    """The solver, with what it has to know of the model, of the tolerances, and of how it is differentiated."""
+    """The solver, configured for the model, the tolerances and the differentiation mode."""
     system, solver = settings.system, settings.solver
     if isinstance(solver, AbstractRosenbrock):
         mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
@@ -236,10 +234,10 @@ def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:
         for name in ("rtol", "atol", "norm"):
             value = getattr(finder, name)
             if not callable(value) and not isinstance(value, float | int | jax.Array | np.ndarray):
-                # Not given: that of the steps.
+                # Not given: use the value of the step size controller.
                 finder = eqx.tree_at(lambda f, name=name: getattr(f, name), finder, getattr(sizes.pid, name))
         solver = eqx.tree_at(lambda s: s.root_finder, solver, finder)
     if isinstance(solver, diffrax.AbstractRungeKutta) and solver.scan_kind is None:
-        # Steps are differentiated in forward mode, which the solver's own loop over its stages does not allow.
+        # Steps are differentiated in forward mode, which the solver's default loop over its stages does not allow.
         solver = dataclasses.replace(solver, scan_kind="bounded" if kind.is_reversible else "lax")
     return solver
