@@ -38,7 +38,7 @@ def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array
         return y
     old, new = y[events.layout.discrete], jnp.concatenate(values)[element]
     is_set, turns = fired[number] & is_own, np.arange(len(number))[:, None]
-    last = jnp.max(jnp.where(is_set, turns, -1), axis=0)  # -1 where nothing is set
+    last = jnp.max(jnp.where(is_set, turns, -1), axis=0)  # -1 if nothing is set
     # All turns at once, because a loop would compile operations for each; by selection, as in `placed`.
     chosen = jnp.sum(jnp.where(turns == last, new, 0.0), axis=0)
     return events.layout.with_part(y, events.layout.discrete, jnp.where(last >= 0, chosen, old))

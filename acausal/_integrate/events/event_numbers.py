@@ -82,7 +82,7 @@ class EventNumbers:
 
     @ft.cached_property
     def either(self) -> np.ndarray:
-        """The events that happen both when their condition becomes true and when it becomes false."""
+        """Events that happen both when their condition becomes true and when it becomes false."""
         return self._of_kinds("curved", "hold", *(["stop"] if self.settings.direction is None else []))
 
     @ft.cached_property

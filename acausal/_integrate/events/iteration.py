@@ -13,7 +13,7 @@ from .moment import Approach
 from .rounds import Iteration, Round, most_rounds, repeated
 from .run_events import RunEvents
 
-# Why a run ends at an instant
+# Reasons why a run ends at an instant
 STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED = 1.0, 2.0, 3.0, 4.0, 5.0
 
 

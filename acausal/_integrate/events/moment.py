@@ -31,7 +31,7 @@ class Laws(Protocol):
     """The rates of the stepped vector, and the crossing functions of the events."""
 
     def rates(self, t: Numbers, y: Array, given: PyTree) -> Numbers:
-        """The derivative of the vector in time."""
+        """The time derivative of the vector."""
         ...
 
     def margin(self, number: Array, t: Numbers, y: Array, due: Array, given: PyTree) -> Array:
@@ -43,11 +43,11 @@ class Laws(Protocol):
 def carried_to_moment(
     laws: Laws, number: Array, t: Numbers, approach: Approach, ys: Array, due: Array, given: PyTree
 ) -> tuple[Numbers, Numbers]:
-    r"""The moment of event `number`, which is at t, and the vectors `ys` there.
+    r"""The moment t of event `number` and the vectors `ys` there, with their derivatives.
 
-    The moment is already located, so t and `ys` are returned unchanged, but with derivatives: the moment $t^*$ depends
-    on everything that the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the crossing function $g$
-    of the first vector,
+    The moment is already located, so the values of t and `ys` are unchanged, but the moment $t^*$ depends on everything
+    that the run depends on. With $y(t^*)$ on the solution through $(t, y)$, and the crossing function $g$ of the first
+    vector,
 
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$

@@ -41,7 +41,7 @@ class RunEvents(EventNumbers):
 
     is_reversible: bool
 
-    # The laws of `carried_to_moment`
+    # The protocol `Laws` of `carried_to_moment`
 
     def rates(self, t: Numbers, y: Array, given: Given) -> Numbers:
         """The time derivative of the stepped vector; zero for its part held in steps and for algebraic unknowns."""

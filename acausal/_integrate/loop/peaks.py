@@ -93,7 +93,7 @@ class Peaks:
                 return shift + course.error(path.inner, theta, rates), found
 
             nothing = jnp.zeros(self.settings.layout.n_states)
-            return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1]  # once more for derivatives
+            return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1]  # one more evaluation for derivatives
 
         return jax.jvp(values, (t,), (jnp.ones_like(t),))
 

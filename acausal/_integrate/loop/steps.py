@@ -34,7 +34,7 @@ from .peaks import Peaks
 
 
 class Steps:
-    """The parts of a step, as functions of the numbers of a run."""
+    """The operations of a step, for given numbers of a run."""
 
     def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: Kind) -> None:
         self.settings, self.layout, self.system = settings, settings.layout, settings.system
@@ -133,7 +133,7 @@ class Steps:
     # Saved data
 
     def noted(self, history: EventHistory | None, instant: EventHistory | None, keep: Array) -> EventHistory | None:
-        """The history with the events of a step."""
+        """The history with the events of one more step."""
         if history is None or instant is None:
             return history
         kept = jax.tree.map(lambda a, b: jnp.where(keep, a, b), instant, EventHistory.empty(*instant.happened.shape))

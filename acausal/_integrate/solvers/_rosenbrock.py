@@ -47,7 +47,7 @@ class RosenbrockTableau:
     c: np.ndarray  # [s, s], strictly lower triangular
     alpha_sums: np.ndarray  # [s], times of the stages
     gamma_sums: np.ndarray  # [s], weights of the time derivative
-    error: np.ndarray  # [s], difference to the embedded method
+    error: np.ndarray  # [s], difference from the embedded method
     dense: np.ndarray  # [p, s], coefficients of `RosenbrockInterpolation`
 
     @property
