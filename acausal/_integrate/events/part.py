@@ -37,7 +37,7 @@ class Part(NamedTuple):
 
     @property
     def near(self) -> Array:
-        """Crossing functions that may reach zero, if their values and rates at the ends bound their variation."""
+        """Crossing functions that may reach zero, with a variation estimated from values and rates at the ends."""
         q0, q1, p0, p1, width = self
         nearest = jnp.maximum(q0, q1)
         variation = jnp.abs(q1 - q0) + width * (jnp.abs(p0) + jnp.abs(p1))

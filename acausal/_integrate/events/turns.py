@@ -105,7 +105,7 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         is_better = is_closed & (value > walk.best)
         is_smooth = fall <= jnp.sqrt(jnp.abs(gap / jnp.where(walk.part == 0.0, 1.0, walk.part))) * walk.fall
         turn = Turn(low.t, high.t, -over(fall, gap), is_smooth, is_closed)
-        # Newton's method for the rate, with the slope between the last two points; at a kink, the tangents' crossing.
+        # Newton's method for the rate, with the slope between the last two points; at a kink, intersect the tangents.
         slope = over(new.rate - walk.last.rate, new.t - walk.last.t)
         newton = new.t - over(new.rate, slope)
         middle, meet = low.t + 0.5 * gap, low.t + over(high.g - low.g - high.rate * gap, fall)

@@ -49,8 +49,8 @@ def nested_loop(
 ) -> PyTree:
     """`while cond(x): x = body(x)`, for at most `max_steps` iterations, as nested loops of `BASE` iterations.
 
-    Reverse mode stores a checkpoint before each innermost loop. If the state is too large, for example because every
-    step is saved, it stores fewer checkpoints and recomputes more.
+    Reverse mode stores a checkpoint before each innermost loop. If these need too much memory, for example because
+    every step is saved, it stores fewer of them and recomputes more.
     """
     levels = next(n for n in itertools.count(1) if BASE**n >= max_steps)
     saved = sum(np.size(x) for x in jax.tree_util.tree_leaves(buffers(init)))
