@@ -1,1 +1,1 @@
-"""From functions to trajectories."""
+"""Time integration: from the functions of a system to trajectories."""

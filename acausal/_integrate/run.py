@@ -29,7 +29,7 @@ from .step.derivative import differentiable
 
 @ft.partial(jax.jit, static_argnums=0)
 def run(settings: Settings, given: Given) -> Solution:
-    """Integrate, as one program for each `settings`. The parameters of the model are left to whoever has them."""
+    """Integrate in one program for each `settings`. The caller adds the parameters of the model to the solution."""
     numbers = given.numbers
     wrong = unmet(settings.system, numbers)
     safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
@@ -42,8 +42,8 @@ def run(settings: Settings, given: Given) -> Solution:
 
 
 class Started(NamedTuple):
-    """The numbers of a run as its functions read them, which start values are bad, and what the first step begins
-    with.
+    """The numbers of a run as its functions read them, a mask of invalid start values, and the initial carry of the
+    loop.
     """
 
     given: Given
@@ -52,7 +52,7 @@ class Started(NamedTuple):
 
 
 def started(settings: Settings, given: Given, kind: Kind = FORWARDS) -> Started:
-    """The start of a run, up to its first step."""
+    """Performs the start of a run, up to its first step."""
     given = _packed(settings, given)
     y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
     events = _events(settings, kind)
@@ -61,14 +61,14 @@ def started(settings: Settings, given: Given, kind: Kind = FORWARDS) -> Started:
 
 
 def advanced(settings: Settings, given: Given, carry: Carry, kind: Kind = FORWARDS) -> tuple[Carry, Array]:
-    """The steps of a run, up to its end or as many as there is room for, and whether it goes on."""
+    """Takes steps until the run ends or the record is full. Returns the carry and whether the run continues."""
     run = Run(settings, given, _events(settings, kind), kind)
     end = run.steps(carry)
     return end, run.goes_on(end)
 
 
 def blurred(settings: Settings, given: Given, end: Carry) -> Array:
-    """See `are_blurred`."""
+    """The largest unresolved crossing function of each relation; see `are_blurred`."""
     return are_blurred(given.band, given.back, end.armed, end.farthest) if settings.has_events else jnp.zeros(0)
 
 
@@ -88,11 +88,11 @@ def _integrated(settings: Settings, kind: Kind, given: Given) -> Integrated:
 
 
 def _both_modes(settings: Settings, given: Given) -> Integrated:
-    """The steps of a run, to be differentiated as it is asked for."""
+    """Integrates the run so that the requested modes of differentiation apply; by default both."""
     if settings.adjoint is not None:
         return _integrated(settings, kind_of_loop(settings.adjoint), given)
     leaves, structure = jax.tree.flatten(given)
-    others: list[PyTree] = []  # what is the same for all numbers
+    others: list[PyTree] = []  # the static part, which does not depend on the numbers
 
     def with_loop(kind: Kind) -> Callable[[list[Array]], PyTree]:
         def arrays(leaves: list[Array]) -> PyTree:
@@ -108,7 +108,7 @@ def _both_modes(settings: Settings, given: Given) -> Integrated:
 
 
 def _saved(settings: Settings, numbers: RunNumbers) -> int:
-    """How many numbers are kept along a run."""
+    """The number of values that a run saves."""
     points = {
         "end": 1,
         "times": 0 if numbers.times is None else numbers.times.size,
@@ -119,6 +119,6 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
 
 
 def _kept(given: Given, end: Carry) -> Kept:
-    """What a run has kept, at times of the model."""
+    """The saved values of a run, at model times."""
     ts, ys = (end.t[None], end.y[None]) if end.rows is None else (end.rows.ts, end.rows.ys)
     return Kept((given.direction * ts, ys) if end.record is None else None, end.record, end.history)

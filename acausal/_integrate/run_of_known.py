@@ -1,7 +1,7 @@
-"""Runs of known numbers: small programs for the start, some steps at a time, and the end.
+"""Runs with known numbers, as three small programs: the start, a chunk of steps, and the end.
 
-They depend on the model, its events and the method alone. What is saved, and how many steps and events there may be, is
-decided outside of them.
+The programs depend only on the model, its events and the method. The choice of saved values and the limits on steps and
+events are handled outside them.
 """
 
 import contextlib
@@ -32,7 +32,7 @@ from .step.adjoint import kind_of_loop
 
 
 def run(settings: Settings, given: Given) -> Solution:
-    """As `run.run`, by programs that are shared by all runs of a model where numbers are known."""
+    """Integrate as `run.run` does. If all numbers are known, the programs are shared by all runs of a model."""
     if within_transformation() or are_traced(given):
         return traced.run(settings, given)
     return _run(settings, given)
@@ -40,7 +40,7 @@ def run(settings: Settings, given: Given) -> Solution:
 
 def _run(settings: Settings, given: Given) -> Solution:
     if settings.adjoint is not None:
-        kind_of_loop(settings.adjoint)  # refuses one that is not supported
+        kind_of_loop(settings.adjoint)  # raises for an unsupported adjoint
     program, times = settings.in_chunks, given.numbers.times
     numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
     given = dataclasses.replace(given, numbers=numbers)
@@ -61,7 +61,7 @@ def _run(settings: Settings, given: Given) -> Solution:
 
 @contextlib.contextmanager
 def _compiling_the_rest(program: Settings, given: Given) -> Iterator[None]:
-    """Compiles the steps and the end in threads beside the start: XLA uses one core for each program."""
+    """Compiles the steps and the end in parallel with the start, because XLA uses one core for each program."""
     start = _Start(program)
     if not is_missing(start, given):
         yield
@@ -78,14 +78,14 @@ def _compiling_the_rest(program: Settings, given: Given) -> Iterator[None]:
 
 
 def _share(given: Given, carry: Carry) -> float:
-    """The share of the run that has passed."""
+    """The completed fraction of the run."""
     t0, t1, t = float(given.numbers.t0), float(given.numbers.t1), float(given.direction * carry.t)
     return 1.0 if t1 == t0 else (t - t0) / (t1 - t0)
 
 
 @dataclasses.dataclass(frozen=True)
 class _Part:
-    """A part of a run as a function of numbers alone."""
+    """A part of a run, as a function of numbers only."""
 
     settings: Settings
 
@@ -98,7 +98,7 @@ class _Part:
         seen = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
         inputs = (given if isinstance(given, Given) else given[0]).inputs
         return [
-            inputs.given,  # the leaves whose start values are given
+            inputs.given,  # leaves with given start values
             digest_of(settings.system),
             *(None if f is None else (f.closed, f.leaves) for f in functions),
             *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
@@ -113,7 +113,7 @@ class _Start(_Part):
 
     @staticmethod
     def of(settings: Settings, given: Given) -> traced.Started:
-        numbers = harmless(given.numbers, jnp.asarray(False))  # with a first step in the direction of the run
+        numbers = harmless(given.numbers, jnp.asarray(False))  # gives the first step the sign of the run
         return traced.started(settings, dataclasses.replace(given, numbers=numbers))
 
 
@@ -132,7 +132,7 @@ class _End(_Part):
     def of(settings: Settings, given: tuple[Given, Any, Any, Carry]) -> Ending:
         numbers, y0, bad_starts, end = given
         integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, numbers, end))
-        met = jnp.zeros(1, bool)  # known options that are wrong have been refused
+        met = jnp.zeros(1, bool)  # invalid known options have already raised
         return ended(settings, numbers, integrated, met)
 
 
@@ -142,5 +142,5 @@ def _called(part: type[Any], settings: Settings, given: Any) -> PyTree:
 
 
 def _strong(outputs: PyTree) -> PyTree:
-    """Numbers whose type is their own, as those of the programs that are called with them."""
+    """Casts weakly typed numbers to strong types, as required by the programs that receive them."""
     return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), outputs)

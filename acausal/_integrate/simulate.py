@@ -1,4 +1,4 @@
-"""`simulate`: from a model to its solution, traceable in every number of the model."""
+"""`simulate`: computes the solution of a model, and can be traced with respect to every number of the model."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -118,7 +118,7 @@ def simulate(
     throw, energy = flag(throw, "throw") and not is_trial(), flag(energy, "energy")
     progress = None if progress is None else flag(progress, "progress")
     if not isinstance(model, Component):
-        raise ModelError(f"{model!r} is no component: simulate a model.")
+        raise ModelError(f"{model!r} is not a component: pass a model to simulate.")
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
     if system is None:
@@ -181,7 +181,7 @@ def simulate(
 
 
 def _as_number(value: Any) -> Any:
-    """Numbers of every kind as one kind, so that an integer or a python float does not compile anew."""
+    """Converts a number to the default float type, so that an integer does not trigger a new compilation."""
     if isinstance(value, float):
         return value
     if isinstance(value, jax.Array | np.ndarray) and value.dtype == jax.dtypes.canonicalize_dtype(float):
@@ -189,7 +189,7 @@ def _as_number(value: Any) -> Any:
     if has_unit(value):
         raise ParameterError(f"A number of the model was changed to {value}: use replace(...), which converts units.")
     if isinstance(value, str) or np.iscomplexobj(value):
-        raise ParameterError(f"A number of the model was changed to {value!r}, which is no real number.")
+        raise ParameterError(f"A number of the model was changed to {value!r}, which is not a real number.")
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
 
 
@@ -200,7 +200,7 @@ def _traced(
 
 
 def _rates(integrals: Callable[[PyTree], PyTree] | None, energy: bool) -> Callable[[PyTree], PyTree] | None:
-    """The rates to integrate: the user's, and the powers of the components."""
+    """The rates to integrate: those of the user and the powers of the components."""
     if integrals is None and not energy:
         return None
     if integrals is not None:
@@ -209,7 +209,7 @@ def _rates(integrals: Callable[[PyTree], PyTree] | None, energy: bool) -> Callab
 
 
 def _read(settings: Settings) -> set[int]:
-    """The leaves that functions of the whole model read in a run."""
+    """The leaves that user functions, events and discrete variables read in a run."""
     system = settings.system
     wanted = {*system.carried.discrete_places}
     for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
@@ -230,7 +230,7 @@ def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffra
     if not isinstance(solver, diffrax.AbstractAdaptiveSolver):
         name = type(solver).__name__
         raise ModelError(
-            f"solver={name}() does not estimate its error, by which a run chooses its steps. Remedy: one that does, "
+            f"solver={name}() does not estimate its error, which step size control needs. Remedy: use one that does, "
             f"such as diffrax.Tsit5(), or diffrax.HalfSolver(diffrax.{name}())."
         )
     if system.solved is not None and not isinstance(solver, AbstractRosenbrock):
@@ -243,6 +243,6 @@ def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffra
 def _check_same_structure(model: Component, layout: Layout, system: System) -> None:
     if layout.structure != system.flat.structure:
         raise ModelError(
-            f"The {type(model).__name__} to simulate has another structure or other nominal sizes than the model that "
-            "`system` was made from: make it again, with its sizes: choose_states(sized(model, {...}))."
+            f"The structure or nominal sizes of the {type(model).__name__} differ from those of the model that "
+            "`system` was made from. Remedy: make it again with the same sizes: choose_states(sized(model, {...}))."
         )

@@ -103,7 +103,7 @@ def test_flags_of_a_run() -> None:
             simulate(MODEL, 1.0, **how)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"algebraic='integrated' is not known: use \"solve\" or \"integrate\""):
         choose_states(MODEL, algebraic="integrated")  # pyright: ignore[reportArgumentType]
-    with pytest.raises(ModelError, match=r"system='c' is not known: give choose_states\(model\)"):
+    with pytest.raises(ModelError, match=r"system='c' is not valid: pass choose_states\(model\)"):
         linearise(MODEL, system="c")  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"The easier model has another structure"):
         initialise(MODEL, steady=True, easier=HeatCapacitor(C=1.0))  # pyright: ignore[reportArgumentType]

@@ -94,7 +94,7 @@ def test_singular_block_at_the_start() -> None:
     (problem,) = check(Circuit(members=(ConstantVoltage(V=5.0), Resistor(R=0.0)))).problems
     assert problem.startswith("members[0].i is infinite or not a number at the start. The equations members[1].ohm for")
     assert "for members[0].i are singular there" in problem
-    assert "Remedy: look for parameters of zero" in problem
+    assert "Remedy: look for parameters that are zero" in problem
 
 
 class Rootless(Component):
@@ -110,5 +110,5 @@ class Rootless(Component):
 
 def test_nonlinear_block_without_solution() -> None:
     (problem,) = check(Rootless()).problems
-    assert "The equations square for y have no solution there, or none that iterations reach" in problem
+    assert "The equations square for y have no solution there, or the iteration does not converge to it" in problem
     assert "give start values near the solution for y" in problem

@@ -50,5 +50,5 @@ def test_nothing_to_draw_is_said() -> None:
     with pytest.raises(ModelError, match="nothing to draw"):
         EnergyAccount({"a": 0.0}, {"a": 0.0}, {"a": 0.0}).plot()
     batch = jax.vmap(lambda R: simulate(rc(R=R), 0.1, save="end", energy=True).energy.imbalance)(jnp.ones(2))
-    with pytest.raises(ModelError, match="one of a batch"):
+    with pytest.raises(ModelError, match="belongs to a batch"):
         EnergyAccount({"a": batch}, {"a": batch}, {"a": batch}).plot()

@@ -197,7 +197,7 @@ def test_too_many_equations_are_named_and_others_are_not() -> None:
 def test_start_value_against_a_source() -> None:
     """A capacitor straight across 5 V cannot start at 2 V."""
     model = Circuit(members=(ConstantVoltage(V=5.0), Capacitor(C=1.0, v=2.0)), ground=Ground())
-    with pytest.raises(SimulationError, match=r"members\[1\]\.v cannot have the value.*leave out the start value"):
+    with pytest.raises(SimulationError, match=r"members\[1\]\.v cannot have the value.*omit the start value"):
         simulate(model, 1.0)
 
 

@@ -213,7 +213,7 @@ def test_each_of_many_rebounds_takes_one_step() -> None:
 
 
 def test_rebound_that_dies_out_ends_in_a_named_result() -> None:
-    with pytest.raises(SimulationError, match=r"ever faster.*band\. The last events were impact") as raised:
+    with pytest.raises(SimulationError, match=r"ever faster.*a hysteresis\. The last events were impact") as raised:
         simulate(Ball(), 5.0, max_steps=100_000)
     end = float(str(raised.value).split("t = ")[1].split(" s")[0])
     np.testing.assert_allclose(end, impacts(0.8, 400)[-1], rtol=1e-5)

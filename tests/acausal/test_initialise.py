@@ -73,7 +73,7 @@ def rotor_turns(s: Any, d: Any) -> Any:
 
 def test_start_values_that_are_given_stay_unless_they_are_free() -> None:
     moving = replace(drive, {"load.w": 3.0})
-    with pytest.raises(SimulationError, match=r"(?s)Not met: turning\..*leave out or free a start value: load\.w\."):
+    with pytest.raises(SimulationError, match=r"(?s)Not met: turning\..*omit or free a start value: load\.w\."):
         initialise(moving, rotor_turns)
     for free in (["load.w"], "all"):
         assert float(initialise(moving, rotor_turns, free=free).load.w) == pytest.approx(1.0 / 20.0, rel=1e-12)
@@ -83,7 +83,7 @@ def test_conditions_that_contradict_each_other_are_named() -> None:
     def both(s: Any, d: Any) -> Any:
         return dict(load=eq(s.load.w, 1.0), rotor=eq(s.motor.rotor.w, 1.0), current=eq(s.motor.inductor.i, 2.0))
 
-    with pytest.raises(SimulationError, match=r"depend on each other and contradict: (load, rotor|rotor, load)\.\n"):
+    with pytest.raises(SimulationError, match=r"in conflict, linearly dependent: (load, rotor|rotor, load)\.\n"):
         initialise(drive, both)
 
 

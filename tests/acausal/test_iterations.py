@@ -77,4 +77,4 @@ def test_equations_without_solution_are_named() -> None:
     time = float(message.partition("t = ")[2].partition(" s")[0])
     assert time == pytest.approx(1.0, abs=1e-3)
     assert "The equations part.cube, part.circle for part.y, part.z have no solution there" in message
-    assert "Remedy: give start values near the solution for part.z, or check the limits" in message
+    assert "Remedy: give start values near the solution for part.z, or check the range of validity" in message

@@ -30,8 +30,8 @@ WRONG: list[tuple[dict[str, Any], str]] = [
     (dict(dtmin=-1e-9), "dtmin, a step in s, must be positive"),
     (dict(save=TIMES + 0.05), "times to save at must lie between t0 and t1"),
     (dict(save=TIMES * NAN), "times to save at must lie between t0 and t1"),
-    (dict(save=TIMES[::-1]), "times to save at must be in the order in which the run meets them"),
-    (dict(save=TIMES, t0=0.1, t1=0.0), "times to save at must be in the order in which the run meets them"),
+    (dict(save=TIMES[::-1]), "times to save at must be in the order in which the run reaches them"),
+    (dict(save=TIMES, t0=0.1, t1=0.0), "times to save at must be in the order in which the run reaches them"),
 ]
 # What is wrong whatever its numbers.
 UNFIT: list[tuple[dict[str, Any], str]] = [
@@ -52,14 +52,14 @@ UNFIT: list[tuple[dict[str, Any], str]] = [
     (dict(direction="sideways"), "direction='sideways' is not known"),
     (dict(save=[]), "save must name at least one time"),
     (dict(until=0.5), "until must be a function of the variables, got 0.5"),
-    (dict(until=lambda s, t: s.c.v), r"until is called with the variables, s, and takes \(s, t\): missing a required"),
-    (dict(integrals=lambda: 0.5), r"integrals is called with the variables, s, and takes \(\): too many"),
+    (dict(until=lambda s, t: s.c.v), r"until is called with the variables, s, but takes \(s, t\): missing a required"),
+    (dict(integrals=lambda: 0.5), r"integrals is called with the variables, s, but takes \(\): too many"),
     (dict(until=lambda s: None), "until must return one real number, but returned 0"),
     (dict(until=lambda s: "a"), "until must return real numbers, but returned 'a'"),
     (dict(integrals=0.5), "integrals must be a function of the variables, got 0.5"),
-    (dict(solver="Tsit5"), "solver='Tsit5' is not known: give a solver of diffrax"),
-    (dict(adjoint="direct"), "adjoint='direct' is not known: give one of diffrax"),
-    (dict(system="rc"), r"system='rc' is not known: give choose_states\(model\)"),
+    (dict(solver="Tsit5"), "solver='Tsit5' is not valid: pass a solver of diffrax"),
+    (dict(adjoint="direct"), "adjoint='direct' is not valid: pass one of diffrax"),
+    (dict(system="rc"), r"system='rc' is not valid: pass choose_states\(model\)"),
     (dict(nominal=1e-3), "nominal=0.001 is not a dictionary of sizes"),
 ]
 ids: Callable[[Any], str] = lambda case: str(case)[:30]  # noqa: E731
@@ -106,12 +106,12 @@ def test_times_of_every_kind() -> None:
 @pytest.mark.parametrize("value", ["a", 1j, np.array(1.0 + 1.0j)], ids=str)
 def test_a_model_of_real_numbers_is_needed(value: Scalar) -> None:
     model = eqx.tree_at(lambda model: model.r.R, rc(), value)
-    with pytest.raises(ParameterError, match="which is no real number"):
+    with pytest.raises(ParameterError, match="which is not a real number"):
         simulate(model, 1.0)
 
 
 def test_a_model_is_needed() -> None:
-    with pytest.raises(ModelError, match="is no component"):
+    with pytest.raises(ModelError, match="is not a component"):
         simulate(3.0, 1.0)  # pyright: ignore[reportArgumentType]
 
 

@@ -157,7 +157,7 @@ RUNS: dict[str, Run] = {
         Result.too_many_steps,
         lambda **k: simulate(Sliding(), 5.0, max_steps=200, **k),
         SimulationError,
-        r"The last events were an ifelse of the model, 8 within .*slides along a surface.*Remedy: an element",
+        r"The last events were an ifelse of the model, 8 within .*a switching surface.*Remedy: use an element",
     ),
     "step_too_small": Run(
         Result.step_too_small,
@@ -181,7 +181,7 @@ RUNS: dict[str, Run] = {
         Result.events_endless,
         lambda **k: simulate(Undoing(), 1.0, save="end", **k),
         SimulationError,
-        r"At t = 0 s: Events at one instant.*without end\. Let no two conditions undo each other",
+        r"At t = 0 s: Events at one instant.*without end\. Ensure that no two conditions undo each other",
     ),
     "bad_reset": Run(
         Result.bad_reset,
@@ -199,7 +199,7 @@ RUNS: dict[str, Run] = {
         Result.undetermined,
         lambda **k: simulate(parallel_gears(), 1.0, save="end", **k),
         SimulationError,
-        r"singular but for errors of rounding.*one\.kinematics.*Remedy: look for.*ideal elements that fix one value",
+        r"singular to within rounding errors.*one\.kinematics.*Remedy: look for.*ideal elements that fix one value",
     ),
     "not_finite": Run(
         Result.not_finite,
@@ -229,7 +229,7 @@ RUNS: dict[str, Run] = {
         Result.bad_start,
         lambda **k: simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1, save="end", **k),
         SimulationError,
-        r"start values contradict.*(first|second)\.w cannot have the value.*leave out",
+        r"start values contradict.*(first|second)\.w cannot have the value.*omit",
     ),
 }
 

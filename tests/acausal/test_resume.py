@@ -144,14 +144,14 @@ def test_a_start_knows_what_has_happened() -> None:
 def test_a_start_is_not_begun_before_its_time() -> None:
     """Events until then would happen again: an error, or a result where the numbers are not known."""
     start = initialise(Counter(), steady=True, t0=2.0)
-    with pytest.raises(ModelError, match=r"The start is that of a later time.* got t0=0\."):
+    with pytest.raises(ModelError, match=r"The start values belong to a later time.* got t0=0\."):
         simulate(start, 2.4)
     run = eqx.filter_jit(lambda model, t0: simulate(model, 2.4, t0=t0, save="end", throw=False))
     early, late = run(start, jnp.asarray(0.0)), run(start, jnp.asarray(2.0))
     assert early.result == Result.bad_option
     np.testing.assert_allclose([late.final.past, late.final.ticks, late.final.full], 1.0)
     for again in (lambda t: initialise(start, t0=t).x, lambda t: linearise(start, t=t).rates[0]):
-        with pytest.raises(ModelError, match=r"The start is that of a later time.* got t0?=1\."):
+        with pytest.raises(ModelError, match=r"The start values belong to a later time.* got t0?=1\."):
             again(1.0)
         assert jnp.isnan(jax.jit(again)(jnp.asarray(1.0)))
 

@@ -171,7 +171,7 @@ def test_columns_in_other_units(charge: Solution[RC]) -> None:
 BAD: list[tuple[Any, Any, str]] = [
     ("c.u", (), "no variable or parameter 'c.u'"),
     ("c.v", ["voltz"], "units: the unit 'voltz' is not known"),
-    ("c.v", "mV", r"give several in a list, as in units=\['mV'\]"),
+    ("c.v", "mV", r"pass a list of units, as in units=\['mV'\]"),
     ({"both": lambda s: (s.c.v, s.r.v)}, (), "An expression must be one real number, but this one returned 2"),
     ({"true": lambda s: s.c.v > 1.0}, (), "returned a truth value: return a real number"),
     ({"wrong": lambda s: s.c.u}, (), "An expression: .*no port, part, parameter or variable 'u'"),
@@ -211,7 +211,7 @@ def test_several_runs(charge: Solution[RC]) -> None:
     assert states.get_ylabel() == "c.v\n[V]"
     plt.close("all")
     for runs in ({}, [charge], charge):
-        with pytest.raises(ModelError, match="takes one solution or more by name, as in"):
+        with pytest.raises(ModelError, match="takes a dictionary of one or more solutions, as in"):
             compare(runs)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"one by one, not in a list, got \['c.v'\]"):
         charge.plot(["c.v"])  # pyright: ignore[reportArgumentType]

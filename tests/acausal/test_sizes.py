@@ -226,7 +226,7 @@ def test_models_with_sizes_are_models() -> None:
     assert sizes(replace(model, {"r.R": 3.0, "c.v": 0.1}))["c.v"] == 1e-5
     assert sizes(jax.tree_util.tree_map(lambda x: x, model)) == sizes(model)
     assert simulate(model, 1.0, system=choose_states(model)).system.nominals.tolist() == list(sizes(model).values())
-    with pytest.raises(ModelError, match=r"other nominal sizes .* make it again"):
+    with pytest.raises(ModelError, match=r"nominal sizes of .* differ .* make it again"):
         simulate(circuit(), 1.0, nominal={"c.v": 1e-5}, system=choose_states(circuit()))
 
 

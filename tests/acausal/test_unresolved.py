@@ -1,4 +1,4 @@
-"""What is so small that the error tolerance means little for it is reported."""
+"""Variables that are too small for the error tolerance are reported."""
 
 import re
 import warnings

@@ -1,1 +1,1 @@
-"""Compiled programs of runs, kept for later processes."""
+"""Compiled programs of runs, stored on disk for later processes."""

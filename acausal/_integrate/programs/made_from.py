@@ -1,4 +1,4 @@
-"""What a program is made from: everything that decides which one is compiled, as a digest."""
+"""The digest of a program: a hash of everything that determines its compilation."""
 
 import functools as ft
 import hashlib
@@ -28,9 +28,9 @@ _IMPORTED = time.time()
 
 
 def key_of(made_from: list[object], structure: PyTreeDef, kinds: tuple[tuple[tuple[int, ...], object], ...]) -> str:
-    """The digest of a program for numbers of some structure and shapes. Raises `NoFingerprintError` for none."""
+    """The digest of a program for given structure and shapes. Raises `NoFingerprintError` if it has none."""
     if os.environ.get("XLA_FLAGS") != programs.flags:
-        raise NoFingerprintError("flags that XLA may have read or not")
+        raise NoFingerprintError("XLA_FLAGS changed after the import")
     shapes = [str(kind) for kind in kinds]
     options = [(k, str(value)) for k, value in jax.config.values.items() if "cache" not in k and "log" not in k]
     return fingerprint((machine(), options, programs.flags, str(structure), shapes, made_from))
@@ -38,7 +38,7 @@ def key_of(made_from: list[object], structure: PyTreeDef, kinds: tuple[tuple[tup
 
 @ft.cache
 def machine() -> tuple[object, ...]:
-    """What programs from the same contents differ by: the packages, the library itself, the processor."""
+    """The environment of a program: the versions of packages, the source of the library, and the processor."""
     packages = (jax, jaxlib, diffrax, equinox, lineax, optimistix, np)
     info = Path("/proc/cpuinfo")
     lines = info.read_text().partition("\n\n")[0].splitlines() if info.exists() else [platform.node()]
@@ -53,12 +53,12 @@ def machine() -> tuple[object, ...]:
 
 
 def is_as_imported() -> bool:
-    """Whether the files of the libraries are those that were imported, as far as the clock can tell."""
+    """Whether the source files are unchanged since the import, according to their modification times."""
     return all(file.stat().st_mtime < _IMPORTED for file in _sources())
 
 
 def _sources() -> list[Path]:
-    """The files whose classes are known by name."""
+    """The source files of the library and of the packages whose classes are fingerprinted by name."""
     folders = [Path(__file__).parents[2], *map(_folder, (diffrax, equinox, lineax, optimistix))]
     return [file for folder in folders for file in sorted(folder.rglob("*.py"))]
 
@@ -69,15 +69,15 @@ def _folder(package: ModuleType) -> Path:
 
 
 def contents(system: System) -> list[object]:
-    """What a system is made from: what was declared and connected, and all that the components state.
+    """The contents of a system: its declarations and connections, and all equations of its components.
 
-    The choices that the passes have made belong to it, too: a solution is read by those of the process that reads it.
+    They include the choices of the passes, because each process reads a solution with its own choices.
     """
     flat, events = system.flat, system.events
-    # Functions with derivative rules of their own are compared up to DERIVATIVES derivatives. Besides those that index
-    # reduction takes, a linear block takes one, and the solver another.
+    # Functions with custom derivative rules are compared up to DERIVATIVES derivatives. In addition to those of index
+    # reduction, a linear block takes one derivative, and the solver another.
     if np.max(system.reduced.differentiations, initial=0) > DERIVATIVES - 2:
-        raise NoFingerprintError("equations of too high an index")
+        raise NoFingerprintError("the index of the equations is too high")
     holders = [
         (
             *(holder.kind.cls, holder.kind.names, holder.kind.sizes, holder.kind.declarations, holder.kind.depth),
@@ -105,12 +105,12 @@ def contents(system: System) -> list[object]:
 
 @ft.lru_cache(maxsize=256)
 def digest_of(system: System) -> str:
-    """The digest of what a system is made from. Raises `NoFingerprintError` where that cannot be told."""
+    """The digest of the contents of a system. Raises `NoFingerprintError` if they have none."""
     return fingerprint(contents(system))
 
 
 def equations_of(system: System) -> str | None:
-    """The same; None where it cannot be told."""
+    """The digest of the contents of a system; None if they have none."""
     try:
         return digest_of(system)
     except NoFingerprintError:
@@ -118,7 +118,7 @@ def equations_of(system: System) -> str | None:
 
 
 def _choice(system: System) -> list[object]:
-    """By what its states were chosen, and in which form it is."""
+    """The function that made the system and its arguments: the choice of states and the form."""
     made, numbers = system.made
     return [made.__name__, [_choice(x) if isinstance(x, System) else x for x in numbers if not _is_model(x)]]
 

@@ -1,8 +1,8 @@
-"""Programs that earlier processes have left in the library's cache, which need neither tracing nor lowering.
+"""Programs stored in the library's cache by earlier processes, which need neither tracing nor lowering.
 
-jax's own cache is asked for a program once that is traced and lowered, which takes longer than all else in a second
-process. Here it is found by what it would be traced from (`made_from.py`). Where there is any doubt about that, a
-function is traced, and nothing is stored.
+The cache of jax needs a traced and lowered program as its key, which takes most of the time in a second process. Here,
+the key is a digest of everything that determines the trace (`made_from.py`). If the digest is in doubt, the function is
+traced and nothing is stored.
 """
 
 import contextlib
@@ -33,7 +33,7 @@ Program = Callable[[list[Any]], PyTree]
 
 
 class Storable(Protocol):
-    """A compiled function of one pytree of numbers; equal and with equal hashes for equal functions."""
+    """A compiled function of one pytree of numbers. Equal functions compare equal and have equal hashes."""
 
     def __hash__(self) -> int: ...
 
@@ -41,27 +41,27 @@ class Storable(Protocol):
 
     @property
     def name(self) -> str:
-        """What the files of its programs begin with."""
+        """The prefix of its program files."""
         ...
 
     def contents(self, given: Any) -> list[object]:
-        """All that it is traced from, but for the library itself and the numbers; `given` has their kinds in place of
-        them. Raises `NoFingerprintError` where that cannot be told.
+        """Everything that determines the trace, except the library itself and the numbers. `given` holds the shapes
+        and types of the numbers. Raises `NoFingerprintError` if the contents cannot be determined.
         """
         ...
 
     def held(self) -> Mapping[str, Any]:
-        """What its outputs hold that is there already, and cannot all be stored."""
+        """Existing objects in the outputs, referred to by name because not all of them can be stored."""
         ...
 
 
 def result_of(function: Storable, given: Any) -> PyTree:
-    """The outputs, where possible by a stored program; else what is compiled is stored, where that is possible."""
+    """Evaluates the function by its stored program. If there is none, compiles and, if possible, stores one."""
     return program_for(function, given)(given)
 
 
 def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
-    """The function, where possible by a stored program, for numbers of the same shapes and structure."""
+    """The stored program of the function, if possible, for numbers of the same shapes and structure."""
     if not _can_be_stored(given):
         return function
     program = _program(function, *_structure_and_kinds(given))
@@ -69,7 +69,7 @@ def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
 
 
 def is_missing(function: Storable, given: Any) -> bool:
-    """Whether the program of a function can be stored and is not there yet."""
+    """Whether the program of a function can be stored but does not exist yet."""
     if not _can_be_stored(given):
         return False
     file = _file_of(function, *_structure_and_kinds(given))
@@ -87,14 +87,14 @@ def _structure_and_kinds(given: Any) -> tuple[Any, Kinds]:
 
 
 def _is_plain(leaf: Any) -> bool:
-    """Whether a number is known and lies where programs run by default, or has only a shape."""
+    """Whether a leaf is a known number on the default device, or only a shape."""
     if isinstance(leaf, np.ndarray | np.generic | jax.ShapeDtypeStruct):
         return True
     return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1 and not leaf.weak_type
 
 
 def _is_usual() -> bool:
-    """Whether jax compiles for the processor, and with the settings that it had when the library was imported."""
+    """Whether jax compiles for the CPU with the settings that it had when the library was imported."""
     config: Any = jax.config
     others = (config.jax_debug_nans, config.jax_debug_infs, config.jax_disable_jit, config.jax_default_device)
     if any(others) or not config.jax_enable_x64 or trace_context() != programs.context:
@@ -104,7 +104,7 @@ def _is_usual() -> bool:
 
 @ft.lru_cache(maxsize=256)
 def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
-    """The program for numbers of these shapes; None where what it is made from cannot be told."""
+    """The program for numbers of these shapes; None if it has no digest."""
     file = _file_of(function, structure, kinds)
     if file is None:
         return None
@@ -115,7 +115,7 @@ def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None
 
 @ft.lru_cache(maxsize=256)
 def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
-    """The file of a program; None where what it is made from cannot be told."""
+    """The file of a program; None if it has no digest."""
     assert programs.folder is not None
     try:
         key = key_of(function.contents(structure.unflatten(kinds)), structure, kinds)
@@ -125,7 +125,7 @@ def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
 
 
 def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> Program:
-    """Compile a function and store its program."""
+    """Compile a function and, if possible, store its program."""
     outputs: list[Any] = []
 
     def run(*leaves: Any) -> list[Any]:
@@ -133,23 +133,23 @@ def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> P
         outputs[:] = [whole]
         return found
 
-    run.__name__ = file.stem.replace("-", "_")  # in jax's own cache, too, each version has a name
+    run.__name__ = file.stem.replace("-", "_")  # gives each version its own name in jax's cache, too
     lowered = jax.jit(run).lower(*(jax.ShapeDtypeStruct(*kind) for kind in kinds))
     with _loads() as loaded:
         call = lowered.compile()
     n = lowered.out_tree.num_leaves
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
-    # A program that jax has read from its own cache cannot be serialised. One that calls other libraries than LAPACK is
-    # not stored: only LAPACK is known to be ready where it is loaded again.
+    # A program that jax has loaded from its own cache cannot be serialised. A program that calls libraries other than
+    # LAPACK is not stored, because only LAPACK is known to be available when it is loaded again.
     if not loaded and all(name.startswith("lapack_") for name in library) and is_as_imported():
-        with contextlib.suppress(Exception):  # the program runs all the same
+        with contextlib.suppress(Exception):  # storing is optional: the program runs anyway
             _store(file, _pickled(outputs[0].unflatten(range(n)), function), call, bool(library))
     return lambda leaves: outputs[0].unflatten(call(*leaves))
 
 
 @contextlib.contextmanager
 def _loads() -> Any:
-    """What jax reads from its own cache meanwhile, in this thread."""
+    """Collects the cache hits of jax in this thread."""
     found: list[str] = []
     own = threading.get_ident()
 
@@ -172,7 +172,7 @@ def _store(file: Path, whole: bytes, call: Any, needs_lapack: bool) -> None:
 
 
 def _loaded(file: Path, function: Storable, n: int) -> Program | None:
-    """The program in a file; None where there is none, or none that can be read."""
+    """The program in a file; None if the file does not exist or cannot be read."""
     from jax.experimental import serialize_executable
 
     content = files.read(file)
@@ -185,7 +185,7 @@ def _loaded(file: Path, function: Storable, n: int) -> Program | None:
         takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
         call = serialize_executable.deserialize_and_load(payload, takes, gives)
         whole = jax.tree.structure(_Reader(io.BytesIO(pickled), function).load())
-    except Exception:  # a file that cannot be read is made anew
+    except Exception:  # an unreadable file is written again
         return None
     return lambda leaves: whole.unflatten(call(*leaves))
 

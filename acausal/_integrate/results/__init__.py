@@ -1,1 +1,1 @@
-"""Solutions, and what is read from them."""
+"""Solutions, and the quantities derived from them."""

@@ -1,4 +1,4 @@
-"""What is drawn or exported of a solution: variables and expressions, each with a label and a unit."""
+"""Columns for plots and exports of a solution: variables and expressions, each with a label and a unit."""
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -16,12 +16,12 @@ from ..setup.expressions import expression, shown_unit, unit_of_expression, vari
 if TYPE_CHECKING:
     from .solution import Solution
 
-# The path of a variable, a function of the variables, or several of both by label.
+# The path of a variable, a function of the variables, or a mapping from labels to paths and functions.
 Item: TypeAlias = str | Callable[[Any], Any] | Mapping[str, str | Callable[[Any], Any]]
 
 
 class Column(NamedTuple):
-    """The values of something at the saved times."""
+    """The values of a variable or expression at the saved times."""
 
     label: str
     unit: str
@@ -29,13 +29,11 @@ class Column(NamedTuple):
 
 
 def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> list[Column]:
-    """The columns asked for, in the units that are wanted; without items, all variables."""
+    """The columns of the items, in the wanted units. Without items, the columns of all variables."""
     if solution.is_batched:
-        raise ModelError(
-            "The solution is a batch: take one run of it with jax.tree_util.tree_map(lambda x: x[i], sol)."
-        )
+        raise ModelError("The solution is a batch: select one run with jax.tree_util.tree_map(lambda x: x[i], sol).")
     if isinstance(units, str):
-        raise ModelError(f"units={units!r}: give several in a list, as in units=[{units!r}].")
+        raise ModelError(f"units={units!r}: pass a list of units, as in units=[{units!r}].")
     named = list(_named(items)) if items else [(name, name) for name in variables(solution)]
     labels = Counter(label for label, _ in named)
     if twice := [label for label, count in labels.items() if count > 1]:
@@ -45,7 +43,7 @@ def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -
 
 
 def variables(solution: "Solution") -> list[str]:
-    """The paths of all that is not a parameter."""
+    """The paths of everything except parameters."""
     leaves = solution.system.flat.leaves
     return [
         name for name, (leaf, _) in solution.system.flat.leaf_names.items() if leaves[leaf].declaration.role != "param"
@@ -57,7 +55,7 @@ def _named(items: Sequence[Item]) -> Iterator[tuple[str, str | Callable[[Any], A
         if isinstance(item, Mapping):
             yield from item.items()
         elif isinstance(item, list | tuple):
-            raise ModelError(f"Name what you want one by one, not in a {type(item).__name__}, got {item!r}.")
+            raise ModelError(f"Pass items one by one, not in a {type(item).__name__}, got {item!r}.")
         else:
             yield item if isinstance(item, str) else _name(item), item
 

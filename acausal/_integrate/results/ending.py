@@ -1,4 +1,4 @@
-"""The end of a run: its outcome, and the solution that it becomes."""
+"""The end of a run: its outcome and its solution."""
 
 import dataclasses
 from typing import Any, NamedTuple
@@ -26,9 +26,8 @@ from .unresolved import are_unresolved
 
 
 class Integrated(NamedTuple):
-    """The vector that the steps started with, which start values are bad, what the steps lead to, and how far the
-    crossing functions of relations were from zero at most that have changed and could not change back, zero for all
-    others.
+    """The initial state vector, a mask of invalid start values, the final carry of the loop, and the largest crossing
+    function of each relation that changed and could not change back (zero for all others).
     """
 
     start: Array
@@ -38,8 +37,8 @@ class Integrated(NamedTuple):
 
 
 class Ending(NamedTuple):
-    """The outcome of a run, the index of the demand, parameter, start value or block that is to blame for a bad one,
-    and the numbers of its solution that need no record.
+    """The outcome of a run, the index of the demand, parameter, start value or block that caused a failure, and the
+    numbers of the solution that need no record.
     """
 
     result: Any
@@ -59,7 +58,7 @@ class Ending(NamedTuple):
 
 
 class Kept(NamedTuple):
-    """What a run has kept: the times asked for and the vectors there, its recorded steps and its events."""
+    """The saved data of a run: the requested times with their state vectors, the recorded steps, and the events."""
 
     path: tuple[Any, Any] | None
     record: Record | None
@@ -67,7 +66,7 @@ class Kept(NamedTuple):
 
 
 def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> Ending:
-    """The end of a run; `wrong` are the demands on its numbers that are not met."""
+    """The ending of a run. `wrong` is the mask of violated demands on its numbers."""
     layout, numbers = settings.layout, given.numbers
     y0, _, end, blurred = integrated
     t, y, control, n = given.direction * end.t, end.y, end.control, layout.n_states
@@ -132,12 +131,12 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
 
 
 def read_inputs(given: Given) -> Inputs:
-    """The inputs of the equations; those of functions of the whole model are left to whoever has them."""
+    """The inputs of the equations, without those of functions of the whole model, which the caller adds."""
     return dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots))
 
 
 def with_saved(settings: Settings, ending: Ending, exists: Truth) -> Ending:
-    """The ending of a run, of whose saved values one that is not finite `exists` or not; an earlier fault counts."""
+    """The ending of a run, given whether a saved value that is not finite `exists`. Earlier failures come first."""
     result = ending.result
     is_worse = exists & ((result == Result.stopped) | (result == _at_end(settings)))
     t1 = ending.t1 if settings.stop is None else jnp.where(is_worse, jnp.inf, ending.t1)
@@ -145,20 +144,20 @@ def with_saved(settings: Settings, ending: Ending, exists: Truth) -> Ending:
 
 
 def _at_end(settings: Settings) -> Any:
-    """The result of a run that comes to its end time."""
+    """The result of a run that reaches its end time."""
     return Result.reached_end if settings.stop is None else Result.never_stopped
 
 
 def _outcome(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> tuple[Result, Array]:
-    """The result, and the index of the demand, parameter, start value or block that is to blame for a bad one."""
+    """The result, and the index of the demand, parameter, start value or block that caused a failure."""
     system, layout, inputs = settings.system, settings.layout, given.inputs
     _, bad_starts, end, _ = integrated
     most = settings.max_steps if given.numbers.most is None else given.numbers.most
     t, y, why = given.direction * end.t, end.y, end.outcome
     bound = system.carried.with_discrete(inputs, y[layout.point])
     everything = system.evaluate_all(t, y[layout.point], bound)
-    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # of which no value is to blame
-    rules = [  # of all that apply the first one counts
+    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # not caused by a single value
+    rules = [  # the first rule that applies determines the result
         ([wrong], Result.bad_option),
         (system.intake.bad_values(inputs), Result.bad_parameter),
         ([bad_starts], Result.bad_start),

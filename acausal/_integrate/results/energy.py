@@ -1,4 +1,4 @@
-"""The energy account of a whole model, from the accounts of its components."""
+"""The energy account of a model, assembled from the accounts of its components."""
 
 import dataclasses
 from collections.abc import Iterator
@@ -17,9 +17,9 @@ from ..._reduce.connections import children
 
 
 def accounts(view: Node, path: str = "") -> Iterator[tuple[str, Energy]]:
-    """The account of every component that has one, at the values that a view of the model holds.
+    """The account of every component that has one, at the values in a view of the model.
 
-    The members of an array of components are summed.
+    The accounts of the members of an array of components are summed.
     """
     if isinstance(view, Component) and type(view).energy is not Component.energy:
         account = view.energy()
@@ -52,11 +52,11 @@ def stored(view: Node) -> dict[str, Scalar]:
 
 @dataclasses.dataclass(frozen=True)
 class EnergyAccount:
-    """What became of the energy in a run, in J: supplied = change of stored + dissipated + lost at events.
+    """Energy account of a run, in J: supplied = change of stored + dissipated + lost at events.
 
     The first three are by component, `events` by event. The account begins after the events at the start.
 
-    `print` it for a table. `imbalance` is what is missing; it measures the error of the integration.
+    `print` it for a table. `imbalance` is the difference of both sides, a measure of the integration error.
     """
 
     supplied: dict[str, Any]
@@ -75,7 +75,7 @@ class EnergyAccount:
         return supplied - stored - dissipated - sum(self.events.values())
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw where the energy came from and where it went, in bands of its amounts; returns the matplotlib axes."""
+        """Draw the sources and sinks of energy as bands of proportional height; returns the matplotlib axes."""
         from .energy_plot import plot_energy
 
         return plot_energy(self, ax)

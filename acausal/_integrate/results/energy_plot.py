@@ -1,4 +1,4 @@
-"""The energy account of a run as a picture: where it came from on the left, where it went on the right."""
+"""Flow diagram of an energy account: sources on the left, sinks on the right."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -17,14 +17,14 @@ COLOURS = {
     "taken up": "#0072b2",
     "lost at events": "#aa3377",
 }
-LEAST = 0.005  # flows below this share of all energy are drawn together
-GAP, LINE = 0.03, 0.075  # shares of the height: the gap between neighbours, and the least for a flow with its text
-INCHES = 2.6  # height that stands for all energy
-LEFT, MIDDLE, RIGHT, BAR = 0.0, 0.5, 1.0, 0.02  # where bars are, and their width, as shares of the width
+LEAST = 0.005  # flows below this fraction of the total energy are merged
+GAP, LINE = 0.03, 0.075  # fractions of the height: the gap between flows, and the minimum for a flow with its label
+INCHES = 2.6  # height of the total energy
+LEFT, MIDDLE, RIGHT, BAR = 0.0, 0.5, 1.0, 0.02  # positions of the bars and their width, as fractions of the width
 
 
 class Flow(NamedTuple):
-    """An amount of energy in J, what it belongs to, and what became of it."""
+    """An amount of energy in J, with the name of its component or event and the kind of flow."""
 
     name: str
     kind: str
@@ -32,7 +32,7 @@ class Flow(NamedTuple):
 
 
 def flows(account: EnergyAccount) -> tuple[list[Flow], list[Flow]]:
-    """Where the energy came from, and where it went, the largest first."""
+    """The sources and the sinks of energy, largest first."""
     found = list(_flows(account))
     sides = [flow for flow in found if flow.kind in _SOURCES], [flow for flow in found if flow.kind not in _SOURCES]
     total = max(sum(flow.amount for flow in side) for side in sides)
@@ -69,7 +69,7 @@ def _merged(side: list[Flow], least: float) -> list[Flow]:
 def plot_energy(account: EnergyAccount, ax: Axes | None) -> Axes:
     """See `EnergyAccount.plot`."""
     if np.ndim(account.imbalance):
-        raise ModelError("The account is one of a batch: take one run of it.")
+        raise ModelError("The account belongs to a batch of runs: select one run.")
     came, went = flows(account)
     total = max(sum(flow.amount for flow in came), sum(flow.amount for flow in went))
     if total == 0.0:
@@ -87,7 +87,7 @@ def plot_energy(account: EnergyAccount, ax: Axes | None) -> Axes:
 
 
 def _draw_side(ax: Axes, side: list[Flow], place: float, total: float) -> None:
-    """Bands between the bar in the middle and one place for each flow."""
+    """Draws a band for each flow, from the bar in the middle to the label of the flow."""
     sign, align = (1.0, "left") if place == RIGHT else (-1.0, "right")
     share = np.linspace(0.0, 1.0, 50)
     x, bend = MIDDLE + sign * BAR + (place - MIDDLE - sign * BAR) * share, share**2 * (3.0 - 2.0 * share)

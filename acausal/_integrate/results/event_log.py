@@ -1,4 +1,4 @@
-"""What happened when in a run."""
+"""Event log of a run."""
 
 from collections.abc import Sequence
 
@@ -14,11 +14,11 @@ from ..events.event_history import EventHistory
 
 
 class EventLog(eqx.Module):
-    """The events of a run in their order.
+    """The events of a run in chronological order.
 
-    - `times` in s, differentiable, infinite after the last event; in a single solution only those that occurred.
-    - `numbers`: which event each is, an index into `labels`, -1 after the last one.
-    - `count`: how many there were. It can be more than are recorded; see `max_events` of `simulate`.
+    - `times` in s, differentiable, infinite after the last event. A single solution has only those that occurred.
+    - `numbers`: the index of each event in `labels`, -1 after the last one.
+    - `count`: the number of events. It can exceed the number of recorded events; see `max_events` of `simulate`.
     """
 
     times: Array
@@ -28,38 +28,38 @@ class EventLog(eqx.Module):
 
     @classmethod
     def of(cls, history: EventHistory, labels: Sequence[str], is_listed: np.ndarray, most: int) -> "EventLog":
-        """The log of a run's history, of the first `most` events that are listed."""
+        """The log of the first `most` listed events in the history of a run."""
         times, numbers = history.listed(is_listed, most)
         return cls(times, numbers, jnp.asarray(history.count), tuple(labels))
 
     @classmethod
     def empty(cls, batch: tuple[int, ...]) -> "EventLog":
-        """The log of runs in which nothing can happen."""
+        """The log of runs without events."""
         return cls(jnp.zeros((*batch, 0)), jnp.zeros((*batch, 0), int), jnp.zeros(batch, int), ())
 
     @property
     def names(self) -> list[str]:
-        """The component and what happened to it, for each event of a single run."""
+        """The label of each event of a single run: its component and the event."""
         return [self.labels[number] for number in self._known_numbers.tolist() if number >= 0]
 
     @property
     def _known_numbers(self) -> np.ndarray:
         numbers = known(self.numbers)
         if numbers is None or numbers.ndim > 1:
-            raise ModelError("The names of events are those of a single run, outside of jit and vmap: use of_event.")
+            raise ModelError("Event names exist only for a single run outside of jit and vmap: use of_event instead.")
         return numbers
 
     def of_event(self, name: str) -> Array:
-        """The times of one event, infinite where it is another one.
+        """The times of one event, infinite in the rows of other events.
 
-        Raises `ModelError` for a name that no event of the model has.
+        Raises `ModelError` if the model has no event of this name.
         """
         if name not in self.labels:
             raise ModelError(f"The model has no event {name!r}.{suggestion(name, self.labels)}")
         return jnp.where(self.numbers == self.labels.index(name), self.times, jnp.inf)
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Mark the events of a single run on a time axis, a row for each; returns the matplotlib axes."""
+        """Mark the events of a single run on a time axis, one row for each event; returns the matplotlib axes."""
         times, names = np.asarray(self.times), self.names
         rows = list(dict.fromkeys(names))
         ax = given_or_new(ax, 7.0, 1.0 + 0.3 * len(rows))

@@ -1,4 +1,4 @@
-"""What to raise for a run that failed: where, when and what to do."""
+"""Errors for a failed run: the time, the cause and the remedy."""
 
 import contextlib
 import contextvars
@@ -24,15 +24,15 @@ from ..setup.result import Result, is_success, sentence
 from ..setup.schedule import tick
 from .solution import Solution
 
-LAST = 8  # how many of the last moments at which something happened are named
-SHOWN = 3  # how many variables with large errors are named
-SMALL = 1e-3  # an error below this share of the tolerance tells nothing, as in the short step after an event
+LAST = 8  # number of last event instants that are named
+SHOWN = 3  # number of variables with large errors that are named
+SMALL = 1e-3  # an error below this fraction of the tolerance is not informative, as in a short step after an event
 _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
 
 
 @contextlib.contextmanager
 def trials() -> Iterator[None]:
-    """Let runs that fail return, as with `throw=False`: what tries designs looks at their results itself."""
+    """Let failed runs return, as with `throw=False`, for a search that examines their results itself."""
     token = _is_trial.set(True)
     try:
         yield
@@ -41,12 +41,12 @@ def trials() -> Iterator[None]:
 
 
 def is_trial() -> bool:
-    """Whether a run is one of those that `trials` lets return."""
+    """Whether the run is inside `trials`, so that a failure does not raise."""
     return _is_trial.get()
 
 
 def report_failure(solution: Solution) -> Solution:
-    """Raise for a run that failed; under `jit`, when it is executed. A run that went well is handed through."""
+    """Raise if the run failed; under `jit`, at execution time. Otherwise return the solution."""
     result = solution.result
     fine = is_success(result)
     are_fine = known(fine)
@@ -58,11 +58,11 @@ def report_failure(solution: Solution) -> Solution:
 
 
 def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
-    """The solution, whose computation raises, and so does that of its derivatives. A bad parameter or option is named;
-    other culprits are told by eager runs only.
+    """The solution with a check, so that a failed run raises when it or its derivatives are computed. The error names
+    an invalid parameter or option; only runs outside of `jit` name other causes.
 
-    A check is carried out only if its output is used. Derivatives do not use the values of the solution, so each real
-    number of it is multiplied by a checked 1, which is a factor of all its derivatives too, in both modes.
+    A check executes only if its output is used. Derivatives do not use the values of the solution. Therefore, each real
+    number in it is multiplied by a checked 1, which is also a factor of all derivatives, in both modes.
     """
     system, result = solution.system, solution.result
     real, others = eqx.partition(solution, eqx.is_inexact_array)
@@ -79,7 +79,7 @@ def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
 def _error(solution: Solution) -> Exception:
     system, result = solution.system, solution.result
     if solution.is_batched:
-        return SimulationError("Some runs of the batch failed: pass throw=False and look at sol.result.")
+        return SimulationError("Some runs of the batch failed: pass throw=False and read sol.result.")
     if result == Result.bad_option:
         return ModelError(solution._demands[int(solution._culprit)])
     if result == Result.bad_parameter:
@@ -87,8 +87,8 @@ def _error(solution: Solution) -> Exception:
     if result == Result.bad_start:
         name = checked_names(system, solution._inputs.given)[int(solution._culprit)]
         return SimulationError(
-            f"{sentence(result)} {name} cannot have the value it is given: leave out the start value of this "
-            "variable, or of those that it is connected to rigidly."
+            f"{sentence(result)} {name} cannot have the value it is given: omit the start value of this variable, or "
+            "of those rigidly connected to it."
         )
     t, _ = solution._end
     where = f"At t = {float(t):.6g} s: "
@@ -119,7 +119,7 @@ def _error(solution: Solution) -> Exception:
 
 
 def _about_steps(solution: Solution) -> str:
-    """What was hard to integrate, and what happened last."""
+    """The variables with the largest errors, and the last events."""
     system, errors = solution.system, np.asarray(solution._errors)
     names = system.element_names
     values = np.asarray(solution._end[1])
@@ -128,9 +128,9 @@ def _about_steps(solution: Solution) -> str:
         largest = np.argsort(-errors[: len(names)], kind="stable")[:SHOWN]
         said = [f"{names[i]} (now {values[i]:.6g}, {errors[i]:.3g} tolerances)" for i in largest if errors[i] > SMALL]
         if said:
-            lines.append(f"The largest errors of the last step are those of {', '.join(said)}.")
+            lines.append(f"The largest errors in the last step are those of {', '.join(said)}.")
     else:
-        lines.append("The last step led to numbers that are infinite or not a number.")
+        lines.append("The last step produced values that are infinite or not a number.")
     if solution.result == Result.step_too_small:
         lines.append(_about_fastest(solution))
     if last := _last(solution):
@@ -143,13 +143,13 @@ def _about_steps(solution: Solution) -> str:
 
 
 _SLIDES = (
-    "They end nearly every step: what switches to and fro slides along a surface. Remedy: an element that is made for "
-    "it, such as friction, a stop, a freewheel or a diode, or a band between the two conditions."
+    "They end nearly every step: the solution slides along a switching surface. Remedy: use an element made for this, "
+    "such as friction, a stop, a freewheel or a diode, or a hysteresis between the two conditions."
 )
 
 
 def _about_fastest(solution: Solution) -> str:
-    """The state that runs away, if one does, and what its component says of that."""
+    """The state that changes fastest, and what its component says about its equations."""
     system, (t, y) = solution.system, solution._end
     rates = np.abs(system.vector_field(t, y, solution._inputs))
     sizes = np.maximum(np.abs(y[: len(rates)]), system.nominals[: len(rates)])
@@ -157,22 +157,22 @@ def _about_fastest(solution: Solution) -> str:
     counts = [system.plan.size(variable) for variable, _ in system.states]
     variable, order = system.states[int(np.searchsorted(np.cumsum(counts), fastest, side="right"))]
     block = block_of(system, (variable, order + 1))
-    said = f"{system.element_names[fastest]} changes fastest, by {rates[fastest]:.3g} in a second"
+    said = f"{system.element_names[fastest]} changes fastest, at {rates[fastest]:.3g} per second"
     if block is None or not (meaning := _if_singular(system, block)):
         return f"{said}."
     equations = ", ".join(map(system.ordered.table.row_name, block.rows))
-    return f"{said}, by the equations {equations} for it: {meaning}."
+    return f"{said}, according to the equations {equations}: {meaning}."
 
 
 def _if_singular(system: System, block: Torn) -> str:
-    """What the components of a block say that it means where its equations become singular."""
+    """The explanations that components give for singular equations in a block."""
     families = (family for family, _ in map(system.ordered.table.place, block.rows))
     owners = [family.instances for family in families if family.instances is not None]
     return "; ".join(filter(None, dict.fromkeys(owner.kind.cls.if_singular for owner in owners)))
 
 
 def _last(solution: Solution) -> list[tuple[float, int]]:
-    """When what happened last, in order, however much happened before."""
+    """The times and numbers of the last events, in chronological order."""
     history = solution._history
     if history is None:
         return []
@@ -182,7 +182,7 @@ def _last(solution: Solution) -> list[tuple[float, int]]:
 
 
 def _last_events(solution: Solution) -> str:
-    """The different ones among the last events of a run, those that are listed if there are any."""
+    """The distinct last events of a run: the listed ones, or all of them if none is listed."""
     events = solution.system.events
     numbers = [number for _, number in _last(solution)]
     if events is None or not numbers:
@@ -192,7 +192,7 @@ def _last_events(solution: Solution) -> str:
 
 
 def _refusal(solution: Solution, since: float = -math.inf) -> str:
-    """What components say that cannot do what is asked of them; empty where none says anything."""
+    """The messages of refused events from the time `since` on; empty if there are none."""
     events = solution.system.events
     if events is None:
         return ""
@@ -201,7 +201,7 @@ def _refusal(solution: Solution, since: float = -math.inf) -> str:
 
 
 def _events_at(solution: Solution, since: float) -> str:
-    """The events from a time on, empty if there were none."""
+    """The events from the time `since` on, as text; empty if there are none."""
     if solution.system.events is None:
         return ""
     labels = solution.system.events.labels
@@ -210,14 +210,14 @@ def _events_at(solution: Solution, since: float) -> str:
 
 
 def about_range(system: System, pair: Pair) -> str:
-    """What is declared of the ranges of a variable, and of those it is solved for with; empty where nothing is."""
+    """The declared ranges of a variable and of the variables in its block; empty if there are none."""
     block = block_of(system, pair)
     pairs = [system.ordered.unknowns[u] for u in block.unknowns] if block else [pair]
     return "".join(f" {said}: outside it has no value." for said in requirements(system.ordered.table, pairs))
 
 
 def about_block(system: System, pair: Pair) -> str:
-    """What to say of a variable that is solved for together with others."""
+    """The block of equations that determines a variable, why it fails, and the remedy; empty if there is none."""
     block = block_of(system, pair)
     if block is None:
         return ""
@@ -228,21 +228,19 @@ def about_block(system: System, pair: Pair) -> str:
     if block.method == "linear":
         reason = "are singular there: they do not determine their unknowns"
         remedy = _if_singular(system, block)
-        remedy = remedy or "look for parameters of zero, or for ideal elements that fix one value twice"
+        remedy = remedy or "look for parameters that are zero, or for ideal elements that fix one value twice"
     else:
-        reason = "have no solution there, or none that iterations reach"
-        remedy = (
-            f"give start values near the solution for {guesses}, or check the limits of what these equations describe"
-        )
+        reason = "have no solution there, or the iteration does not converge to it"
+        remedy = f"give start values near the solution for {guesses}, or check the range of validity of these equations"
     said = f" The equations {equations} for {unknowns} {reason}. Remedy: {remedy}."
     for ports, storage in without_storage(system, block):
-        said += f" Nothing takes up what flows in at {ports}: if it has nowhere to go, connect {storage} there."
+        said += f" No component stores the flow into {ports}: if the flow has no other path, connect {storage} there."
     return said
 
 
 def _first_not_finite(solution: Solution) -> tuple[float, Pair] | None:
-    """The first variable that is not finite, and when: at the start or at a saved point, if no state depends on it, or
-    else at the last good state or a little further on.
+    """The time and the variable of the first value that is not finite: at the start, at a saved point if no state
+    depends on it, or at the last finite state or shortly after it.
     """
     system, (t, y) = solution.system, solution._end
     for point in (solution._start, *([solution._not_finite] if solution.result == Result.not_finite else [])):

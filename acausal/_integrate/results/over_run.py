@@ -1,4 +1,4 @@
-"""Integrals and peaks of functions of the variables over a run, from its recorded steps."""
+"""Integrals and peaks of functions of the variables over a run, computed from its recorded steps."""
 
 import dataclasses
 import functools as ft
@@ -20,18 +20,18 @@ from .reading import SHARES, Reading
 from .rows import NUMBERS
 from .trajectories import trajectories
 
-ROWS = NUMBERS[-1]  # for which functions are compiled, if numbers are known
-POINTS = 8 * SHARES  # between which a peak is looked for in each round
-ROUNDS = 8  # after which its place is known to 1e-10 of a step
-NEAR = 1e-3  # share of a step over which the slope of a rate is taken
-SAMPLES, PLACES = np.linspace(0.0, 1.0, SHARES), np.linspace(0.0, 1.0, 201)  # shares of a step
+ROWS = NUMBERS[-1]  # number of rows in one evaluation of a function, if numbers are known
+POINTS = 8 * SHARES  # samples in each round of the search for a peak
+ROUNDS = 8  # rounds that locate a peak to 1e-10 of a step
+NEAR = 1e-3  # fraction of a step for the difference quotient of a rate
+SAMPLES, PLACES = np.linspace(0.0, 1.0, SHARES), np.linspace(0.0, 1.0, 201)  # fractions of a step
 CURVE = np.vander(PLACES, SHARES) @ np.linalg.inv(np.vander(SAMPLES, SHARES))  # the polynomial through the samples
 T = TypeVar("T")
 
 
 @dataclasses.dataclass(frozen=True)
 class OverRun:
-    """A function of the variables over a run, whose numbers are `constants` and, by their leaves, `params`."""
+    """A function of the variables over a run, with its `constants` and the `params` that it reads, by leaf."""
 
     reading: Reading
     function: UserFunction
@@ -39,10 +39,10 @@ class OverRun:
     params: dict[int, Numbers]
     record: Record
     inputs: Inputs
-    forward: Any  # 1, or -1 for a run that goes back
+    forward: Any  # 1, or -1 for a run backwards in time
 
     def integral(self) -> Any:
-        """Integrals over time, by Gauss' quadrature in each step."""
+        """Integrals over time, by Gaussian quadrature in each step."""
         places, weights = np.polynomial.legendre.leggauss(SHARES)
         steps, is_there = self._steps()
         values = self._within(steps, np.broadcast_to(0.5 * (1.0 + places), (len(steps), SHARES)))[1]
@@ -51,12 +51,12 @@ class OverRun:
         return self.forward * widths @ means
 
     def peak(self) -> Peak:
-        """The largest values and their times.
+        """The maxima and their times.
 
-        Each step is read at some samples, and where the polynomial through these is highest: peaks of nearly one height
-        differ by less than they rise above samples. The highest value leads to a step and to a place in it, which is
-        narrowed down. Where derivatives may be wanted, a step of Newton's method, t* = t - r / r' with the rate r,
-        gives the time of an extremum its own; those of its value are those at that time, by the envelope theorem.
+        Each step is evaluated at samples and at the maximum of the polynomial through them, because peaks of nearly
+        equal height differ by less than they exceed the samples. The search then narrows the interval around the
+        largest value. In traced runs, a Newton step t* = t - r / r' with the rate r gives the derivatives of the time
+        of an extremum. By the envelope theorem, the derivatives of its value are those at fixed time.
         """
         held = self._held()
         steps, is_there = held._steps()
@@ -75,11 +75,11 @@ class OverRun:
         tops = jax.vmap(top)(jnp.arange(n)) if held._is_traced else _stacked([top(j) for j in range(n)])
         t, y = self.record.ts[self.record.n], self.record.ys[self.record.n]
         last = self.values(jnp.reshape(t, 1), y[None])[0]
-        is_last = ~((self.record.n > 0) & (tops.value >= last))  # what an event at the end leads to
+        is_last = ~((self.record.n > 0) & (tops.value >= last))  # the value after an event at the end
         return Peak(jnp.where(is_last, last, tops.value), jnp.where(is_last, self.forward * t, tops.time))
 
     def lost(self) -> Array:
-        """By how much the first function falls at the end of each step, from before the listed events there."""
+        """The decrease of the first function across the listed events at the end of each step."""
         record = self.record
         is_cut = jnp.isfinite(record.moments) & (record.moments > record.ts[0])
         rows = is_cut[:, None]
@@ -89,7 +89,7 @@ class OverRun:
         return jnp.where(is_cut, high - low, 0.0)
 
     def _narrowed(self, step: Array, j: Any, bracket: tuple[Any, Any]) -> tuple[Any, Any]:
-        """The highest of some places around one, and the width within which there may be higher ones."""
+        """The best of several places in a bracket, and the half width of the next bracket around it."""
         place, width = bracket
         theta = jnp.clip(place + width * jnp.linspace(-1.0, 1.0, POINTS), 0.0, 1.0)
         rows = theta.reshape(-1, SHARES)
@@ -97,7 +97,7 @@ class OverRun:
         return theta[jnp.argmax(found)], width * 2.0 / (POINTS - 1)
 
     def _refined(self, step: Array, place: Array, j: Any) -> Peak:
-        """The peak near a place in a step; at its ends, and at a kink, the one at that place."""
+        """The peak near a place in a step. At the ends of the step, and at a kink, the value at that place."""
 
         def function(theta: Array) -> tuple[Array, Array]:
             t, values = self._within(step[None], theta[None, None])
@@ -116,7 +116,7 @@ class OverRun:
         return Peak(values[1] - 0.5 * rates[1] * back, self.forward * time)
 
     def _within(self, steps: Any, theta: Any) -> tuple[Any, Any]:
-        """Times and values of the function at shares [steps, shares] of some steps."""
+        """Times and values of the function at fractions [steps, shares] of some steps."""
         if self._is_traced or are_traced(steps, theta):
             return self._of_block(steps, theta)
         steps, theta = np.asarray(steps), np.asarray(theta)
@@ -130,7 +130,7 @@ class OverRun:
         return ts, values.reshape(*ts.shape, -1)
 
     def values(self, ts: Any, ys: Any) -> Any:
-        """The function at times, which count forwards, and vectors."""
+        """Values of the function at forward times and state vectors."""
         if self._is_traced or are_traced(ts, ys):
             return self._values(ts, ys)
         ts, ys = np.asarray(ts), np.asarray(ys)
@@ -145,7 +145,7 @@ class OverRun:
         return _evaluated(self.function, len(ts), self.constants, varying, self.params)
 
     def _steps(self) -> tuple[Any, Any]:
-        """The numbers of the steps, and which of them are there; the last one stands for those that are not."""
+        """Indices of the steps and a mask of those that exist. The last step replaces missing ones."""
         if self._is_traced:
             steps = jnp.arange(len(self.record.moments))
             return jnp.minimum(steps, jnp.maximum(self.record.n - 1, 0)), steps < self.record.n
@@ -173,7 +173,7 @@ def _evaluated(
 
 
 def _repeated(body: Callable[[T], T], start: T, is_traced: bool) -> T:
-    """Round after round; in a program as a loop."""
+    """Applies `body` for all rounds, traced as a loop."""
     if is_traced:
         return jax.lax.fori_loop(0, ROUNDS, lambda _, x: body(x), jax.tree.map(jnp.asarray, start))
     for _ in range(ROUNDS):

@@ -1,4 +1,4 @@
-"""The vectors of a run at any time, from its recorded steps."""
+"""Dense output: state vectors of a run at any time, from its recorded steps."""
 
 import dataclasses
 import functools as ft
@@ -24,14 +24,14 @@ from ..step.interval import LOOKS
 from ..step.record import Record
 from ..step.span import Span
 
-AT_ONCE = 64  # steps for which matrices are held
-STEPS, SHARES = 128, 4  # steps and shares of each that known points are read at, together
+AT_ONCE = 64  # steps evaluated together, which limits the memory for matrices
+STEPS, SHARES = 128, 4  # steps, and places in each step, in one evaluation of known points
 
 
 @dataclasses.dataclass(frozen=True)
 class Reading:
-    """The points of runs of a model by a method within their steps, as the runs themselves would have read them. Time
-    counts forwards, also in a run that goes back.
+    """Dense output of the runs of a model, the same as the runs use internally. Time counts forwards, even in a run
+    backwards in time.
     """
 
     system: System
@@ -39,7 +39,7 @@ class Reading:
     layout: StateVector
 
     def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Any) -> Any:
-        """The vectors at times [times]; not a number where the run has not come to."""
+        """State vectors at times [times]; NaN at times that the run did not reach."""
         xp = jnp if are_traced(t, record, inputs) else np
         if xp is np:
             t, record = jax.tree.map(np.asarray, (t, record))
@@ -47,14 +47,14 @@ class Reading:
         i = xp.clip(xp.searchsorted(ts, t) - 1, 0, n - 1)
         end = ts[i + 1]
         is_there = (t >= ts[0]) & (i < record.n) & (t <= end)
-        begin = xp.where(is_there, record.infos["begin"][i], t)  # rows that are not there are infinite
+        begin = xp.where(is_there, record.infos["begin"][i], t)  # missing rows are infinite
         theta = (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0)
         ys = self.within(i, theta[:, None], record, inputs, forward)[1][:, 0]
         is_start = (t == ts[0]) & ~is_there
         return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
 
     def within(self, i: Any, theta: Any, record: Record, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
-        """Times and vectors at shares [steps, shares] of some steps."""
+        """Times and state vectors at fractions [steps, shares] of some steps."""
         steps = record.infos, record.ts[1:]
         if are_traced(i, theta, steps, inputs):
             return self((jax.tree.map(lambda x: x[i], steps), theta, inputs, forward))
@@ -72,7 +72,7 @@ class Reading:
         return _read(self, given)
 
     def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
-        """The vector at each time of a step, with its stiff states brought nearer to what the equations say."""
+        """The state vector as a function of time in a step, with stiff states corrected by the equations."""
         layout, solver, mass = self.layout, self.solver, self.system.mass
         if not isinstance(solver, AbstractRosenbrock) or not layout.n_states:
             return span.plain
@@ -94,7 +94,7 @@ class Reading:
             s = within(path, t)
             theta, states = share(path, s), path.evaluate(s)
 
-            # Once for the values, and once more for their derivatives
+            # One iteration for the values, another for their derivatives
             def again(shift: Array, _: None) -> tuple[Array, None]:
                 return shift + solver.error_within(path, work, theta, path.t1 - path.t0, rates(s, states + shift)), None
 

@@ -1,4 +1,4 @@
-"""The record of a run of known numbers, kept on the host, and the solution that it becomes."""
+"""The record of a run with known numbers, kept on the host, and its solution."""
 
 import dataclasses
 from typing import Any
@@ -20,7 +20,7 @@ from .trajectories import both_sides, first_bad_row
 
 
 class Recording:
-    """The steps and events of a run up to now, in the pieces in which its program has recorded them."""
+    """The steps and events of a run so far, in the chunks recorded by its program."""
 
     def __init__(self, settings: Settings, start: Carry) -> None:
         self.settings, self.last = settings, start
@@ -28,7 +28,7 @@ class Recording:
         self.histories = [start.history]
 
     def add(self, carry: Carry) -> None:
-        """Add the steps of one call of the program."""
+        """Add the chunk of one call of the program."""
         self.last = carry
         self.histories.append(carry.history)
         if self.settings.save != "end":
@@ -36,7 +36,7 @@ class Recording:
             self.records.append(carry.record)
 
     def solution(self, given: Given, ending: Ending, times: Any) -> Solution:
-        """The solution, with the values at the times asked for, if there are any."""
+        """The solution, with the values at the requested times, if any."""
         settings, record, inputs = self.settings, self._record(), read_inputs(given)
         forward = np.where(given.numbers.t1 < given.numbers.t0, -1.0, 1.0)
         path = None
@@ -58,14 +58,14 @@ class Recording:
         return None if place is None else jax.device_put((ts[place], points[place]))
 
     def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: Any) -> tuple[np.ndarray, np.ndarray]:
-        """The times, infinite where the run has not come to, and the vectors there."""
+        """The times and state vectors, both infinite at times that the run did not reach."""
         settings = self.settings
         found = Reading(settings.system, settings.solver, settings.layout).at(times, record, inputs, forward)
         is_reached = times <= float(self.last.t)
         return np.where(is_reached, forward * times, np.inf), np.where(is_reached[:, None], found, np.inf)
 
     def _record(self) -> Record | None:
-        """The pieces as one, filled up to a number of rows for which programs are compiled."""
+        """The chunks joined into one record, padded to a number of rows for which programs are compiled."""
         if len(self.records) <= 1:
             return next(iter(self.records), None)
         counts = [int(record.n) for record in self.records]
@@ -88,7 +88,7 @@ class Recording:
         return Record(*jax.device_put((ends(rows("ts")), ends(rows("ys")), moments, befores, infos, np.asarray(n))))
 
     def _history(self) -> EventHistory | None:
-        """The moments of all pieces."""
+        """The event history, joined from all chunks."""
         parts = [history for history in self.histories if history is not None]
         if not parts:
             return None
@@ -103,6 +103,6 @@ class Recording:
 
 
 def _rows(record: Record, forward: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The times and vectors at the ends of the steps and before events."""
+    """The times and state vectors at the ends of the steps and before events."""
     ts, ys, moments, befores = map(np.asarray, (record.ts, record.ys, record.moments, record.befores))
     return forward * both_sides(ts, moments, ts, moments), both_sides(ys, befores, ts, moments)

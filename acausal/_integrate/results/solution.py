@@ -46,12 +46,11 @@ M = TypeVar("M", bound=Component)
 class Solution(eqx.Module, Generic[M]):
     """Trajectories of all variables of a model.
 
-    `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`; a parameter is itself.
+    `sol["motor.emf.w"]` and `sol.motor.emf.w` are the values at the saved times `sol.ts`. A parameter has its value.
     `sol.values`, `sol.final` and `sol.at(t)` are the model with the values at the saved times, at the end, and at any
-    time. To editors and type checkers these are the model: they complete
-    `sol.values.motor.emf.w`, where `sol.motor` could be anything.
+    time. Editors and type checkers know their type, so they complete `sol.values.motor.emf.w` but not `sol.motor`.
 
-    - `t1`: the time at which the run ended; infinite where a stop condition was never met.
+    - `t1`: the time at which the run ended; infinite if the stop condition was never met.
     - `result`: a `Result`; `stats`: numbers of steps.
     """
 
@@ -60,26 +59,26 @@ class Solution(eqx.Module, Generic[M]):
     stats: dict[str, Scalar]
     _start: tuple[Array, Array]  # time and state vector
     _end: tuple[Array, Array]
-    _path: tuple[Array, Array] | None  # at the times asked for, infinite after the end; None: those of the steps
+    _path: tuple[Array, Array] | None  # at the requested times, infinite after the end; None: at the steps
     _end_integrals: Array
-    _culprit: Array  # index of the demand, parameter, start value or block that is to blame for a bad result
-    _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if there is one
-    _params: dict[int, Array]  # parameters of the model, by the number of their leaves
+    _culprit: Array  # index of the demand, parameter, start value or block that caused a failure
+    _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if any
+    _params: dict[int, Array]  # parameters of the model, by leaf number
     _inputs: Inputs
-    _record: Record | None  # of the steps
-    _losses: Array  # energies lost at events
-    _peaks: Array  # values and times
-    _errors: Array  # of the states in the last step, in tolerances
-    _largest: Array  # absolute values of the states in the run
-    _blurred: Array  # how large what relations compare is that stayed within the tolerance, zero for all others
-    _unresolved: Array  # which states are so small that the tolerance means little for them
-    _history: EventHistory | None  # of the events
+    _record: Record | None  # the recorded steps
+    _losses: Array  # energy lost at each event
+    _peaks: Array  # values, then times
+    _errors: Array  # errors of the states in the last step, in tolerances
+    _largest: Array  # largest absolute values of the states in the run
+    _blurred: Array  # largest crossing functions of relations within the tolerance, zero for all others
+    _unresolved: Array  # mask of states that are too small for the tolerance
+    _history: EventHistory | None  # the event history
     system: System = eqx.field(static=True)
     _solver: diffrax.AbstractSolver = eqx.field(static=True)
     _layout: StateVector = eqx.field(static=True)
-    _numbers: dict[str, Array | None]  # that the run was called with
-    _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # that it was compiled for
-    _demands: tuple[str, ...] = eqx.field(static=True)  # what options have to meet
+    _numbers: dict[str, Array | None]  # numeric options of the run
+    _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # static options
+    _demands: tuple[str, ...] = eqx.field(static=True)  # requirements on options
     _peaks_tree: PyTreeDef | None = eqx.field(static=True)
     _integrals_tree: PyTreeDef | None = eqx.field(static=True)
 
@@ -89,7 +88,7 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def ts(self) -> Array | np.ndarray:
-        """The saved times; in a single solution, those that the run did not reach are left out."""
+        """The saved times. A single solution omits those that the run did not reach."""
         return self._saved(None)
 
     @property
@@ -98,8 +97,8 @@ class Solution(eqx.Module, Generic[M]):
         return self._saved(slice(len(self.system.nominals)))
 
     def _saved(self, columns: slice | None) -> Array | np.ndarray:
-        """The saved times, or columns of the vectors there; in a single solution of which the steps are shown, with
-        those before each event.
+        """The saved times, or columns of the state vectors there. A single solution saved at its steps includes the
+        rows before each event.
         """
         record, forward = self._record, self._forward
         if self._path is not None:
@@ -117,7 +116,7 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def _forward(self) -> Any:
-        """1, or -1 for a run that went back in time."""
+        """1, or -1 for a run backwards in time."""
         t0, t1 = self._numbers["t0"], self._numbers["t1"]
         assert t0 is not None
         assert t1 is not None
@@ -126,16 +125,16 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def values(self) -> M:
-        """The model with trajectories in place of its variables."""
+        """The model with trajectories as the values of its variables."""
         return self._view(self._saved(None), self._saved(self._layout.point))
 
     @property
     def final(self) -> M:
-        """The model with the values at the end of the run in place of its variables."""
+        """The model with the values of its variables at the end of the run."""
         return self._view(*self._end)
 
     def at(self, t: Numbers) -> M:
-        """The model with the values at time(s) `t`, read from the dense output of the steps."""
+        """The model with the values of its variables at time(s) `t`, from the dense output of the steps."""
         record = self._dense("value at a time")
         reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
 
@@ -150,7 +149,7 @@ class Solution(eqx.Module, Generic[M]):
         batch = jnp.ndim(self.t1)
         numbers = trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.own_leaves))]
-        # Indexing an array of components must find the time axis in all of its leaves.
+        # All leaves of an array of components need the time axis, so that it can be indexed.
         for i, flat_leaf in enumerate(self.system.flat.own_leaves):
             if i not in numbers and flat_leaf.stack:
                 along = jnp.expand_dims(leaves[i], range(batch, jnp.ndim(ts)))
@@ -159,7 +158,7 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def events(self) -> EventLog:
-        """The events of the run in their order; `print` it for a table. Empty where no component states any."""
+        """The event log of the run; `print` it for a table. Empty if no component states events."""
         events = self.system.events
         if self._history is None or events is None:
             return EventLog.empty(jnp.shape(self.t1))
@@ -168,29 +167,30 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def unresolved(self) -> dict[str, float]:
-        """Variables that are so small that the error tolerance means little for them, with their largest values.
+        """Variables that are too small for the error tolerance, with their largest values.
 
-        They stay below a hundredth of their nominal sizes, and the errors of all steps add up to more than a hundredth
-        of them; or an `ifelse` compares them, and the difference stays within `rtol` times their nominal sizes, so that
-        it changes once and not back. With these as `nominal` sizes they are as accurate as the others.
+        A variable is listed if it stays below a hundredth of its nominal size and the errors of all steps sum to more
+        than a hundredth of its largest value. It is also listed if an `ifelse` compares it and the difference stays
+        within `rtol` times its nominal size, so that the `ifelse` changes once and not back. Pass the values listed as
+        `nominal` sizes to make these variables as accurate as the others.
         """
         return unresolved(self)
 
     @property
     def integrals(self) -> PyTree:
-        """Trajectories of the `integrals` asked for."""
+        """Trajectories of the `integrals` of `simulate`."""
         return self._integrals(self._saved(self._layout.integrals))["user"]
 
     def _integrals(self, columns: Array | np.ndarray) -> PyTree:
         if self._integrals_tree is None:
-            raise ModelError("Nothing was integrated beside the states: pass integrals=... or energy=True to simulate.")
+            raise ModelError("Only the states were integrated: pass integrals=... or energy=True to simulate.")
         return self._integrals_tree.unflatten([chosen(columns, (..., i)) for i in range(columns.shape[-1])])
 
     @property
     def peaks(self) -> PyTree:
-        """The largest values over the run of the `peaks` asked for, each a `Peak` with `value` and `time`."""
+        """Maxima over the run of the `peaks` of `simulate`, each a `Peak` with `value` and `time`."""
         if self._peaks_tree is None:
-            raise ModelError("No peaks were asked for: pass peaks=... to simulate.")
+            raise ModelError("No peaks were requested: pass peaks=... to simulate.")
         n = self._peaks_tree.num_leaves
         values, times = self._peaks[..., :n], self._peaks[..., n:]
         return self._peaks_tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(n)])
@@ -198,15 +198,15 @@ class Solution(eqx.Module, Generic[M]):
     def integral(self, function: Callable[[M], PyTree]) -> PyTree:
         """The integral over the run of a real function of the variables, or of several in a dictionary (any pytree).
 
-        It is computed from the recorded steps by Gauss' quadrature; `integrals=` of `simulate` integrates with the
-        states, under the control of the step size.
+        It is computed from the recorded steps by Gaussian quadrature. In contrast, `integrals=` of `simulate`
+        integrates with the states, subject to step size control.
         """
         over, tree = self._over_run(function, "integral", OverRun.integral)
         return tree.unflatten([over[..., i] for i in range(tree.num_leaves)])
 
     def peak(self, function: Callable[[M], PyTree]) -> PyTree:
-        """The largest value over the run of a real function of the variables, or of several in a dictionary (any
-        pytree): each a `Peak` with `value` and `time`. The smallest one is that of the negative.
+        """The maximum over the run of a real function of the variables, or of several in a dictionary (any pytree):
+        each a `Peak` with `value` and `time`. For the minimum, pass the negative function.
         """
         (values, times), tree = self._over_run(function, "peak", OverRun.peak)
         return tree.unflatten([Peak(values[..., i], times[..., i]) for i in range(tree.num_leaves)])
@@ -214,7 +214,7 @@ class Solution(eqx.Module, Generic[M]):
     def _over_run(
         self, function: Callable[[M], PyTree], what: str, compute: Callable[[OverRun], Any]
     ) -> tuple[Any, PyTreeDef]:
-        """What is computed of a function over the run, and the structure of its values."""
+        """The result of `compute` for a function over the run, and the pytree structure of the function."""
         record, reading = self._dense(what), Reading(self.system, self._solver, self._layout)
         traced, constants = trace(as_function(function, what), self.system.flat, what)
         params: dict[int, Numbers] = {i: self._params[i] for i in traced.leaves if i in self._params}
@@ -226,18 +226,18 @@ class Solution(eqx.Module, Generic[M]):
         return found, traced.tree
 
     def _dense(self, wanted: str) -> Record:
-        """The recorded steps, for what is read between their ends."""
+        """The recorded steps with dense output. Raises `ModelError` if the run has none."""
         if self._record is None or self._record.infos is None:
             raise ModelError(
-                f"The {wanted} is read from the dense output of the steps, which the run has not kept. Remedy: "
-                'simulate(..., save="dense"), which within jit, vmap and grad keeps it, too.'
+                f"The {wanted} needs the dense output of the steps, which the run did not save. Remedy: "
+                'simulate(..., save="dense"), which also saves it within jit, vmap and grad.'
             )
         return self._record
 
     @property
     def energy(self) -> EnergyAccount:
-        """The energy account of the run: integrated with the states where `energy=True` asks for that, and otherwise
-        from the recorded steps, where all that is lost at an instant is that of the first event listed there.
+        """The energy account of the run, integrated with the states if `energy=True` was passed. Otherwise it is
+        computed from the recorded steps, and all energy lost at one instant goes to the first listed event there.
         """
         asked = {} if self._integrals_tree is None else self._integrals(self._end_integrals)["energy"]
         integrals = asked or self.integral(powers)
@@ -250,7 +250,7 @@ class Solution(eqx.Module, Generic[M]):
         )
 
     def _lost_in_record(self) -> dict[str, Array]:
-        """The energies that events have taken, by their labels, from the recorded steps."""
+        """The energy lost at each event, by label, from the recorded steps."""
         events = self.system.events
         if events is None:
             return {}
@@ -260,7 +260,7 @@ class Solution(eqx.Module, Generic[M]):
         is_listed = np.array([entry.is_listed for entry in events.members], bool)
 
         def by_event(moments: Array, lost: Array, times: Array, happened: Array) -> Array:
-            # A row behind the others, for what is not there: there may be no events, or too many for a traced history.
+            # An extra row for missing moments: there may be no events, or too many for a traced history.
             times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
             rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
             first = jnp.argmax(happened[rows] & is_listed, axis=1)
@@ -276,11 +276,11 @@ class Solution(eqx.Module, Generic[M]):
         return {} if events is None else {n: self._losses[..., i] for i, n in enumerate(events.labels)}
 
     def __getitem__(self, name: str) -> Array:
-        """The trajectory of a variable or the value of a parameter by its path, as in `"stages[0].gear.ratio"`."""
+        """The trajectory of a variable or the value of a parameter by its path, such as `"stages[0].gear.ratio"`."""
         return self._pick(jax.tree_util.tree_leaves(self.values), name)
 
     def _pick(self, leaves: list[Array], name: str) -> Array:
-        """The value behind a name, among the leaves of a view."""
+        """The value of a name in the leaves of a view."""
         leaf, index = self._place(name)
         value = leaves[leaf]
         stack = self.system.flat.leaves[leaf].stack
@@ -290,7 +290,7 @@ class Solution(eqx.Module, Generic[M]):
         return value[(slice(None),) * lead + tuple(np.unravel_index(index, stack))]
 
     def _place(self, name: str) -> tuple[int, int]:
-        """The leaf that a name belongs to, and which of its stacked members."""
+        """The leaf of a name, and the index of its stacked member."""
         names = self.system.flat.leaf_names
         where = names.get(name)
         if where is None:
@@ -315,13 +315,13 @@ class Solution(eqx.Module, Generic[M]):
         return f"<Solution of {self.system.name}: {len(self.ts)} saved times, {ends}{said}>"
 
     def __str__(self) -> str:
-        """What became of the run, and the values at its end as a tree, with units."""
+        """The outcome of the run, and the values at its end as a tree, with units."""
         if self._cannot_be_shown:
             return repr(self)
         return f"{repr(self)[1:-1]}\nAt the end:\n{as_text(branch(self.final))}"
 
     def _repr_html_(self) -> str:
-        """The same for a notebook, where parts fold."""
+        """The same for a notebook, as a collapsible tree."""
         said = f"<div>{html.escape(repr(self)[1:-1])}</div>"
         return said if self._cannot_be_shown else f"{said}<div>At the end:</div>{as_html(branch(self.final))}"
 
@@ -340,16 +340,16 @@ class Solution(eqx.Module, Generic[M]):
         return self.keys()
 
     def unit(self, name: str) -> str:
-        """The unit of a variable or parameter; "" for a signal, which declares none."""
+        """The unit of a variable or parameter; "" for a signal, which has no declared unit."""
         return self.system.flat.leaves[self._place(name)[0]].declaration.unit
 
     @property
     def options(self) -> dict[str, object]:
-        """What `simulate` was asked for: times, tolerances, limits, solver."""
+        """The options of `simulate`: times, tolerances, limits, solver."""
         return {**self._numbers, **dict(self._choices)}
 
     def _described(self) -> dict[str, object]:
-        """For the file that it is saved to."""
+        """The description stored in a saved file."""
         return {
             "model": self.system.name,
             "equations": equations_of(self.system),
@@ -367,25 +367,25 @@ class Solution(eqx.Module, Generic[M]):
         return {"t": np.asarray(self.ts)} | {column.label: column.values for column in columns(self, (), ())}
 
     def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> DataFrame:
-        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` are its units.
+        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` has the units.
 
-        `items` and `units` are those of `plot`; without items, all variables.
+        `items` and `units` are as in `plot`; without items, all variables.
         """
         return to_pandas(self, items, units)
 
     def to_xarray(self, *items: Item, units: Sequence[str] = ()) -> Dataset:
-        """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are those of `plot`."""
+        """An `xarray.Dataset` over time, with units as attributes; `items` and `units` are as in `plot`."""
         return to_xarray(self, items, units)
 
     def plot(
         self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Panels | None = None
     ) -> np.ndarray:
-        """Draw variables over time, a panel for each unit; returns the matplotlib axes.
+        """Draw variables over time, one panel for each unit; returns the matplotlib axes.
 
-        - `items`: paths, scalar functions of the variables, or several of both by label, as in
-          `{"shaft power": lambda s: s.load.w * s.spring.tau}`; without any, the states.
-        - `units`: units to draw in wherever they fit, as in `["rpm", "bar"]`; the others are in SI.
-        - `events`: whether dotted lines mark their times.
+        - `items`: paths, scalar functions of the variables, or a dictionary of both by label, such as
+          `{"shaft power": lambda s: s.load.w * s.spring.tau}`; without items, the states.
+        - `units`: units for the variables of their dimension, such as `["rpm", "bar"]`; the others are in SI.
+        - `events`: whether dotted lines mark the times of events.
         """
         from .solution_plot import plot_solution
 

@@ -1,4 +1,4 @@
-"""Pictures of trajectories, of one run or of several; needs matplotlib."""
+"""Plots of trajectories, of one run or several; needs matplotlib."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,7 +14,7 @@ from .solution import Solution
 def plot_solution(
     solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Panels | None
 ) -> np.ndarray:
-    """A panel for each unit; see `Solution.plot`."""
+    """Draws one panel for each unit; see `Solution.plot`."""
     found = columns(solution, items or _states(solution), units)
     panels = list(dict.fromkeys(column.unit for column in found))
     axes = axes_below(axes, len(panels))
@@ -36,19 +36,19 @@ def compare(
     events: bool = False,
     axes: Panels | None = None,
 ) -> np.ndarray:
-    """Draw several runs over each other, a panel for each variable or expression; returns the matplotlib axes.
+    """Overlay several runs, one panel for each variable or expression; returns the matplotlib axes.
 
-    `runs` are solutions by the name that the legend gives them, as in `{"ratio 10": a, "ratio 20": b}`; they may be of
-    different models, as long as each has what is drawn. `items`, `units` and `events` are those of `Solution.plot`;
-    without items, the states that all of them have.
+    `runs` maps the names in the legend to solutions, as in `{"ratio 10": a, "ratio 20": b}`. The models may differ if
+    each has the items drawn. `items`, `units` and `events` are as in `Solution.plot`; without items, the common states
+    of all runs are drawn.
 
-    Raises `ModelError` where there is nothing to compare, or for a batch instead of single runs.
+    Raises `ModelError` if there is nothing to compare, or for a batch instead of single runs.
     """
     if not isinstance(runs, Mapping) or not runs:
-        raise ModelError("compare takes one solution or more by name, as in compare({'cold': a, 'warm': b}).")
+        raise ModelError("compare takes a dictionary of one or more solutions, as in compare({'cold': a, 'warm': b}).")
     items = items or tuple(_common_states(list(runs.values())))
     if not items:
-        raise ModelError("The runs have no states in common: say what to draw, as in compare(runs, 'load.w').")
+        raise ModelError("The runs have no states in common: name the items to draw, as in compare(runs, 'load.w').")
     found = {name: columns(solution, items, units) for name, solution in runs.items()}
     labels = list(dict.fromkeys(column.label for those in found.values() for column in those))
     axes = axes_below(axes, len(labels))
@@ -71,7 +71,7 @@ def _common_states(solutions: Sequence[Solution]) -> list[str]:
 
 
 def axes_below(axes: Panels | None, count: int) -> np.ndarray:
-    """So many axes over time, one below the other, unless they are given."""
+    """A column of `count` axes over time, or the axes given."""
     axes = panels(axes, count, 1, (7.0, 1.0 + 1.7 * count), sharex=True)[:, 0]
     for ax in axes:
         ax.grid(alpha=0.3)
@@ -80,7 +80,7 @@ def axes_below(axes: Panels | None, count: int) -> np.ndarray:
 
 
 def _draw(ax: Axes, solution: Solution, column: Column, label: str, **style: Any) -> None:
-    """The trajectory, of an array variable one for each element."""
+    """Draws a trajectory, or one for each element of an array variable."""
     times, values = np.asarray(solution.ts), column.values
     for place in np.ndindex(values.shape[1:]):
         number = f"[{', '.join(map(str, place))}]" if place else ""

@@ -1,4 +1,4 @@
-"""Trajectories of all variables from the vectors that a run has saved."""
+"""Trajectories of all variables, from the saved state vectors of a run."""
 
 import dataclasses
 import functools as ft
@@ -22,9 +22,9 @@ from .rows import NUMBERS, chosen, shared
 
 
 def both_sides(rows: Array | np.ndarray, before: Array | np.ndarray, times: np.ndarray, moments: np.ndarray) -> Any:
-    """The rows of the times that were reached, and those before the events at some moments, in the order of time.
+    """The rows at the times reached and those before the events at `moments`, in chronological order.
 
-    `times` and `moments` count forwards; what was before the start is not shown.
+    `times` and `moments` count forwards. Rows before the start are omitted.
     """
     reached, shown = np.isfinite(times), np.isfinite(moments) & (moments > times[0])
     order = np.lexsort(
@@ -36,14 +36,14 @@ def both_sides(rows: Array | np.ndarray, before: Array | np.ndarray, times: np.n
 
 
 def over_batch(function: Callable[..., PyTree], dimensions: int) -> Callable[..., PyTree]:
-    """The function mapped over leading axes of all its arguments."""
+    """The function mapped over the leading axes of all its arguments."""
     return function if dimensions == 0 else jax.vmap(over_batch(function, dimensions - 1))
 
 
 def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -> dict[int, Array]:
-    """The values of the variables of a model, by the numbers of their leaves, at times and state vectors.
+    """The values of the variables of a model at times and state vectors, by leaf number.
 
-    `batch` leading axes of all of them are those of a batch of runs.
+    The first `batch` axes of all arrays are those of a batch of runs.
     """
     if batch or np.ndim(ts) != 1 or not len(ts) or are_traced(ts, ys, inputs):
         return result_of(_Trajectories(system, batch), (ts, ys, inputs))
@@ -54,9 +54,9 @@ def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -
 
 
 def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
-    """The number of the first of some known points at which a variable is not finite; None if there is none.
+    """The index of the first known point at which a variable is not finite; None if there is none.
 
-    Parameters and discrete variables do not count: an infinite time may mean "never".
+    Parameters and discrete variables are not checked: an infinite time may mean "never".
     """
     begin = 0
     for t, y in _blocks(ts, ys):
@@ -70,13 +70,13 @@ def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | Non
 
 
 def _blocks(ts: Any, ys: Any) -> Iterator[tuple[Any, Any]]:
-    """Rows, as many at a time as programs are compiled for."""
+    """The rows in blocks of the size for which programs are compiled."""
     for i in range(0, len(ts), NUMBERS[-1]):
         yield ts[i : i + NUMBERS[-1]], ys[i : i + NUMBERS[-1]]
 
 
 def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> dict[int, np.ndarray]:
-    """The values at known points."""
+    """The values of variables at one block of known points."""
     rows = shared(len(ts))
     found = result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs))
     return {leaf: np.asarray(values)[: len(ts)] for leaf, values in found.items()}
@@ -84,7 +84,7 @@ def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> di
 
 @dataclasses.dataclass(frozen=True)
 class _Trajectories:
-    """`trajectories` as a function of numbers alone."""
+    """`trajectories` as a function of numbers only."""
 
     system: System
     batch: int

@@ -1,4 +1,4 @@
-"""States so small that their errors are held by their nominal sizes, and add up to a good part of them."""
+"""States that are too small for the absolute tolerance, which their nominal sizes set."""
 
 import math
 import warnings
@@ -19,41 +19,41 @@ from ..setup.result import is_success
 if TYPE_CHECKING:
     from .solution import Solution
 
-SMALL = 0.01  # for a state that stays below this share of its nominal size, the tolerated error is large
-NOISE = 1e-10  # a state that stays below this share of its nominal size is zero but for rounding
-DOUBT = 0.01  # the errors of all steps together may be this share of a state's largest value
-STEPS = 100  # or this many times rtol, where that is larger
+SMALL = 0.01  # below this fraction of the nominal size of a state, the tolerated error is large
+NOISE = 1e-10  # below this fraction of the nominal size, a state is zero to within rounding
+DOUBT = 0.01  # permitted sum of the errors of all steps, as a fraction of the largest value of a state
+STEPS = 100  # the same as a multiple of rtol; the larger of both applies
 
 
 class UnresolvedWarning(UserWarning):
-    """Variables of a run are so small that the error tolerance means little for them."""
+    """Some variables of a run are too small for the error tolerance, so their values are inaccurate."""
 
 
 def are_unresolved(sizes: np.ndarray, rtol: Numbers, largest: Array, total: Array) -> Array:
-    """Which states are unresolved, from their nominal sizes, their largest absolute values in a run, and the sums of
-    the errors of all steps.
+    """Mask of unresolved states, given their nominal sizes, their largest absolute values in a run, and the sums of the
+    errors of all steps.
     """
     is_small = (largest < SMALL * sizes) & (largest > NOISE * sizes)
     return is_small & (total > jnp.maximum(DOUBT, STEPS * rtol) * largest)
 
 
 def are_blurred(band: Array, back: Array, armed: Array, farthest: Array) -> Array:
-    """How far the crossing functions of relations were from zero that have changed, and never were farther than the
-    error of a run (`back`), though farther than rounding (`band`); zero for all others.
+    """The largest crossing function of each relation that has changed and stayed within the error of the run (`back`)
+    but beyond rounding (`band`); zero for all others.
     """
     return jax.lax.stop_gradient(jnp.where(~armed & (farthest <= back) & (farthest > band), farthest, 0.0))
 
 
 def unresolved(solution: "Solution") -> dict[str, float]:
-    """The variables, with their largest absolute values; of a batch, those of any member.
+    """The unresolved variables with their largest absolute values; in a batch, those of any member.
 
-    Raises `ModelError` within `jit` and `vmap`, where they are not known yet.
+    Raises `ModelError` within `jit` and `vmap`, where the values are not known yet.
     """
     system = solution.system
     flags, largest, blurred = (known(x) for x in (solution._unresolved, solution._largest, solution._blurred))
     if flags is None or largest is None or blurred is None:
         raise ModelError(
-            "Within jit and vmap, sol.unresolved is not known yet: return the solution, and look at it there."
+            "Within jit and vmap, sol.unresolved is not known yet: return the solution and read it outside."
         )
     found: dict[str, float] = {}
     for i, name in enumerate(_names(system)):
@@ -78,14 +78,14 @@ def _compared(system: System) -> list[list[str]]:
 
 
 def _names(system: System) -> list[str]:
-    """The variable behind each element of the state vector, a derivative being that of a variable."""
+    """The variable of each element of the state vector; for a derivative, the variable itself."""
     table = system.ordered.table
     pairs = [*system.states, *system.algebraic]
     return [table.variable_name(variable) for variable, _ in pairs for _ in range(system.plan.size(variable))]
 
 
 def warn_of_unresolved(solution: "Solution") -> None:
-    """Tell of unresolved variables, where numbers are known."""
+    """Warn of unresolved variables if their values are known."""
     flags, blurred = known(solution._unresolved), known(solution._blurred)
     fine = known(is_success(solution.result))
     if flags is None or blurred is None or fine is None or not (np.any(flags) or np.any(blurred)) or not np.any(fine):
@@ -94,7 +94,7 @@ def warn_of_unresolved(solution: "Solution") -> None:
     said = listed([f"{name} (at most {size:.3g})" for name, size in found.items()])
     sizes = ", ".join(f"{name!r}: {size:.0e}" for name, size in list(found.items())[:12])
     message = (
-        f"The error tolerance means little for {said}: they stay far below their nominal sizes, which their errors are "
-        f"held to. Remedy: give theirs, as in simulate(..., nominal={{{sizes}}}), or reduce rtol."
+        f"The error tolerance is too coarse for {said}: they stay far below their nominal sizes, which set it. Remedy: "
+        f"pass smaller nominal sizes, as in simulate(..., nominal={{{sizes}}}), or reduce rtol."
     )
-    warnings.warn(message, UnresolvedWarning, stacklevel=4)  # behind this, `simulate` and its decorator
+    warnings.warn(message, UnresolvedWarning, stacklevel=4)  # skips this function, `simulate` and its decorator

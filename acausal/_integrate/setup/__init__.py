@@ -1,1 +1,1 @@
-"""Numbers, settings and options of a run, and the vector field."""
+"""Settings, options and numbers of a run, and its vector field."""

@@ -1,4 +1,4 @@
-"""Trajectories of expressions in the variables of a model, and their units."""
+"""Trajectories and units of expressions in the variables of a model."""
 
 from collections.abc import Callable, Sequence
 
@@ -20,7 +20,7 @@ from .user_function import UserFunction, as_function, trace
 def expression(
     flat: FlatModel, leaves: Sequence[Array], times: tuple[int, ...], function: Callable[..., PyTree]
 ) -> Array:
-    """The values of a scalar function of the variables, from the leaves of a view with trajectories."""
+    """The trajectory of a scalar function of the variables, evaluated from leaves that hold trajectories."""
     quantity, constants = _traced(function, flat)
     axes = [0 if varies(flat, i) else None for i in quantity.leaves]
     evaluate = lambda *values: quantity(constants, list(values))[0]  # noqa: E731
@@ -29,7 +29,7 @@ def expression(
 
 
 def varies(flat: FlatModel, leaf: int) -> bool:
-    """Whether a leaf of a view with trajectories has an axis of times."""
+    """Whether a leaf has a time axis in a view with trajectories."""
     return flat.leaves[leaf].declaration.role != "param" or flat.leaves[leaf].stack != ()
 
 
@@ -41,15 +41,15 @@ def _traced(function: Callable[..., PyTree], flat: FlatModel) -> tuple[UserFunct
 
 
 def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel) -> str:
-    """The unit that a function of the variables has in SI; "" where it does not follow from what it computes."""
+    """The SI unit of a function of the variables, or "" if the unit cannot be inferred."""
     quantity, constants = _traced(function, flat)
     declared = [flat.leaves[i].declaration for i in quantity.leaves]
     interpreter = Interpreter()
     (result,) = interpreter.run(quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared])
     if interpreter.problems or result.dimension is None:
         return ""
-    # A dimension may have several units, such as rad/s and 1/s: the result has that of the variables it is computed
-    # from. Where these have several of this dimension, or none, it has the name of the dimension.
+    # A dimension may have several units, such as rad/s and 1/s. The result takes the unit of the variables in the
+    # expression. If these have several units of this dimension, or none, it takes the name of the dimension.
     same = {one.unit for one in declared if one.unit and parsed(one.unit).dimension == result.dimension}
     named = "1" if result.dimension == NUMBER else DERIVED.get(result.dimension, str(result.dimension))
     return same.pop() if len(same) == 1 else named
@@ -60,9 +60,9 @@ def _value(declaration: Declaration) -> Value:
 
 
 def shown_unit(unit: str, wanted: Sequence[str]) -> str:
-    """Of the units that are wanted, the first one that measures the same as `unit`; else `unit` itself.
+    """The first of the wanted units that is convertible from `unit`, otherwise `unit` itself.
 
-    Raises `ModelError` for a wanted unit that is not known.
+    Raises `ModelError` for an unknown wanted unit.
     """
     try:
         kinds = {_measured(other): other for other in reversed(wanted)}
@@ -70,11 +70,11 @@ def shown_unit(unit: str, wanted: Sequence[str]) -> str:
         raise ModelError(f"units: {error}") from error
     try:
         return kinds.get(_measured(unit), unit)
-    except UnknownUnit:  # none, or one with roots
+    except UnknownUnit:  # no unit, or one with roots
         return unit
 
 
 def _measured(unit: str) -> tuple[object, ...]:
-    """What has to agree between units for one to be converted into the other."""
+    """The properties that must agree between two units for a conversion."""
     found = parsed(unit)
     return found.dimension, found.has_angle, found.counts

@@ -1,4 +1,4 @@
-"""The rates of states and integrals, from all numbers of a run."""
+"""The vector field of a run: rates of its states and integrals."""
 
 import dataclasses
 from collections.abc import Callable, Iterable
@@ -21,11 +21,11 @@ from .settings import RunNumbers, Settings
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class Given:
-    """All numbers of a run; `carried` is what is held while the core of the stepped vector moves.
+    """All numbers of a run.
 
-    `counted_from` is the time farthest from zero among the start and those from which repeated events are counted; None
-    where nothing repeats. `band` is the hysteresis of each relation, and `back` that
-    of its change back.
+    `carried` is the part of the state vector that is constant during a step. `counted_from` is the time of largest
+    magnitude among the start and the origins of periodic events; None if nothing is periodic. `band` is the hysteresis
+    of each relation, and `back` the hysteresis of its change back.
     """
 
     inputs: Inputs
@@ -36,16 +36,16 @@ class Given:
     back: Any = None
 
     def carrying(self, carried: Array) -> "Given":
-        """With what is carried along behind the states."""
+        """A copy with the carried part of the state vector attached."""
         return dataclasses.replace(self, carried=carried)
 
     @property
     def direction(self) -> Array:
-        """1, or -1 for a run that goes back in time."""
+        """1, or -1 for a run backwards in time."""
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
 
     def tick(self, t: Numbers) -> Numbers:
-        """Times of the run as close to t as this are one and the same."""
+        """Time resolution: instants closer than this to t are treated as equal."""
         return tick(t, self.numbers.t0 if self.counted_from is None else self.counted_from)
 
 
@@ -53,7 +53,7 @@ Field = Callable[[Numbers, Array, Given], Array]
 
 
 def vector_field(settings: Settings) -> Field:
-    """The rates of the core of the stepped vector, from it and from what is carried along."""
+    """The rates of the core of the state vector, as a function of the core and the carried part."""
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
@@ -72,15 +72,15 @@ def vector_field(settings: Settings) -> Field:
 
 
 def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Pair]:
-    """What has to be computed for the values of leaves."""
+    """The pairs whose values are needed to evaluate leaves."""
     return pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
 
 
 def values_of(
     system: System, t: Numbers, point: Array, inputs: Inputs, store: Store | None, leaves: Iterable[int]
 ) -> dict[int, Numbers]:
-    """The values of leaves by number: parameters as they are given, discrete variables from the point, others from what
-    was computed there.
+    """The values of leaves by number: parameters from the inputs, discrete variables from the point, and other
+    variables from the store.
     """
     discrete = system.carried.discrete_values(point, inputs)
 

@@ -1,4 +1,4 @@
-"""The numbers a run is asked for: refused where they are known, and a result of the run where they are not."""
+"""Validation of the options of a run: an error for a known value, the result `bad_option` for a traced one."""
 
 import dataclasses
 import operator
@@ -21,11 +21,11 @@ from .settings import RunNumbers
 
 T = TypeVar("T")
 SAVES = ("steps", "end", "dense")
-HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, dtmax=1.0, rtol=1e-6, times=0.0)  # options of a run of no length
+HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, dtmax=1.0, rtol=1e-6, times=0.0)  # options of an empty run
 
 
 class Demand(NamedTuple):
-    """What an option has to meet, the sentence that says so, and the option's name."""
+    """A requirement on an option, its sentence for the error message, and the name of the option."""
 
     holds: Truth
     text: str
@@ -33,7 +33,7 @@ class Demand(NamedTuple):
 
 
 def number(value: object, name: str, unit: str = "s") -> Any:
-    """An option that is one number; raises `ParameterError` or `ModelError` for anything else."""
+    """Validates an option that is a single number. Raises `ParameterError` or `ModelError` for anything else."""
     if isinstance(value, float | int):
         return np.asarray(float(value))
     value = as_parameter(value, unit=unit, where=name)
@@ -43,7 +43,7 @@ def number(value: object, name: str, unit: str = "s") -> Any:
 
 
 def instant(value: Any, name: str) -> Any:
-    """An option that is a time."""
+    """Validates an option that is a time."""
     value = number(value, name)
     is_finite = known(abs(value) < np.inf)
     if is_finite is not None and not np.all(is_finite):
@@ -52,14 +52,14 @@ def instant(value: Any, name: str) -> Any:
 
 
 def flag(value: object, name: str) -> bool:
-    """An option that is True or False."""
+    """Validates an option that is True or False."""
     if not isinstance(value, bool | np.bool_):
         raise ModelError(f"{name} must be True or False, known before the run, got {value!r}.")
     return bool(value)
 
 
 def names_of(value: object, name: str) -> tuple[str, ...]:
-    """An option that is a name or several names."""
+    """Validates an option that is one name or several names."""
     found: tuple[Any, ...] = (
         (value,) if isinstance(value, str) else tuple(value) if isinstance(value, Iterable) else (None,)
     )
@@ -69,7 +69,7 @@ def names_of(value: object, name: str) -> tuple[str, ...]:
 
 
 def count(value: Any, name: str) -> int:
-    """An option that counts: an integer of at least 1."""
+    """Validates an option that is an integer of at least 1."""
     try:
         found = 0 if isinstance(value, bool) else operator.index(value)
     except (TypeError, jax.errors.ConcretizationTypeError):
@@ -80,7 +80,7 @@ def count(value: Any, name: str) -> int:
 
 
 def times_of(save: object) -> Array | None:
-    """The times to save at; None where steps are saved, or the end."""
+    """The times to save at; None if `save` is a name."""
     if isinstance(save, str):
         if save not in SAVES:
             raise ModelError(f'save={save!r} is not known: use "steps", "end", "dense" or an array of times.')
@@ -94,14 +94,14 @@ def times_of(save: object) -> Array | None:
 
 
 def kind_of(value: object, name: str, kind: type[T], example: str) -> T:
-    """An option that is an object of some class."""
+    """Validates an option that is an object of a class."""
     if not isinstance(value, kind):
-        raise ModelError(f"{name}={value!r} is not known: give {example}.")
+        raise ModelError(f"{name}={value!r} is not valid: pass {example}.")
     return value
 
 
 def one_of(value: object, name: str, known_ones: Mapping[Any, T]) -> T:
-    """What a name stands for."""
+    """The value that a named choice stands for."""
     if not isinstance(value, str | None) or value not in known_ones:
         names = [repr(one) for one in known_ones]
         raise ModelError(f"{name}={value!r} is not known: use {' or '.join(names)}.{suggestion(str(value), names)}")
@@ -109,7 +109,7 @@ def one_of(value: object, name: str, known_ones: Mapping[Any, T]) -> T:
 
 
 def demands(system: System, numbers: RunNumbers) -> list[Demand]:
-    """What the numbers of a run have to meet."""
+    """The requirements on the numbers of a run."""
     t0, t1 = numbers.t0, numbers.t1
     found = [
         Demand(abs(t0) < np.inf, "t0 must be a finite time in s", "t0"),
@@ -126,23 +126,23 @@ def demands(system: System, numbers: RunNumbers) -> list[Demand]:
         low, high = (t0 <= t1) * t0 + (t1 < t0) * t1, (t0 <= t1) * t1 + (t1 < t0) * t0
         inside, ahead = (times >= low) & (times <= high), (times[1:] - times[:-1]) * (t1 - t0) >= 0.0
         found.append(Demand(inside, "The times to save at must lie between t0 and t1", "times"))
-        found.append(Demand(ahead, "The times to save at must be in the order in which the run meets them", "times"))
+        found.append(Demand(ahead, "The times to save at must be in the order in which the run reaches them", "times"))
     if (event := _lasting(system)) is not None:
-        text = f"A run cannot go back in time, to t1 before t0, as it cannot undo the event {event}"
+        text = f"A run cannot go back in time, to t1 before t0, because it cannot undo the event {event}"
         found.append(Demand(t1 >= t0, text, "t1"))
     if numbers.past is not None:
-        found.append(begun_late(system, numbers.past, t0, "begin there, or give resume=False"))
+        found.append(begun_late(system, numbers.past, t0, "start at that time, or pass resume=False"))
     return found
 
 
-def begun_late(system: System, past: Past, t0: Numbers, remedy: str = "begin there", name: str = "t0") -> Demand:
-    """That a model which was started is begun no earlier, where it knows of events at known times."""
-    text = f"The start is that of a later time, until which events have happened: {remedy}"
+def begun_late(system: System, past: Past, t0: Numbers, remedy: str = "start at that time", name: str = "t0") -> Demand:
+    """The requirement that a model with scheduled events does not start before the time of its start values."""
+    text = f"The start values belong to a later time, and events before it have already fired: {remedy}"
     return Demand((t0 >= past.time - tick(past.time, t0)) | (not _counts_times(system)), text, name)
 
 
 def check_begun_late(system: System, past: Past | None, t0: Numbers, name: str = "t0") -> None:
-    """Raise `ModelError` for a time that is known and before that of a start."""
+    """Raise `ModelError` for a known time before that of the start values."""
     if past is not None:
         _check(begun_late(system, past, t0, name=name), t0)
 
@@ -152,18 +152,18 @@ def _is_positive(value: Numbers) -> Truth:
 
 
 def _counts_times(system: System) -> bool:
-    """Whether something changes at times known ahead."""
+    """Whether a scheduled event changes a variable."""
     return system.events is not None and any(e.kind == "at" and e.targets for e in system.events.entries)
 
 
 def _lasting(system: System) -> str | None:
-    """The first event that changes something."""
+    """The first event that changes a variable irreversibly; None if there is none."""
     entries = () if system.events is None else system.events.entries
     return next((entry.label(0) for entry in entries if entry.targets and entry.kind != "hold"), None)
 
 
 def check_known(system: System, numbers: RunNumbers) -> None:
-    """Raise `ModelError` for numbers that are known and wrong."""
+    """Raise `ModelError` for known numbers that are invalid."""
     names = [field.name for field in dataclasses.fields(numbers) if field.name in HARMLESS]
     values = {name: None if getattr(numbers, name) is None else known(getattr(numbers, name)) for name in names}
     for name in names:
@@ -184,17 +184,17 @@ def _shown(value: Any) -> str:
 
 
 def unmet(system: System, numbers: RunNumbers) -> Array:
-    """For each of the demands, whether it is not met."""
+    """Mask of the demands that are not met."""
     return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
 
 
 def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
-    """What the demands say."""
+    """The sentences of the demands."""
     return tuple(f"{text}." for _, text, _ in demands(system, numbers))
 
 
 def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
-    """The numbers, or where they are wrong, those of a run of no length. The first step gets the sign of the run."""
+    """The numbers, replaced by those of a run of zero length if they are wrong. `dt0` takes the sign of the run."""
     given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
     safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
     if "dt0" in safe:

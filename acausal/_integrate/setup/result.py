@@ -1,4 +1,4 @@
-"""What can become of a simulation."""
+"""The outcomes of a simulation."""
 
 from typing import Any
 
@@ -7,7 +7,7 @@ from jax import Array
 
 
 class Result(eqx.Enumeration):
-    """The outcome of a run; each member is a sentence with its remedy."""
+    """The outcome of a run. Each member is a message that states the cause and the remedy."""
 
     reached_end = "The end time was reached."
     stopped = "The stop condition was met."
@@ -17,36 +17,36 @@ class Result(eqx.Enumeration):
     )
     too_many_steps = "The maximum number of steps was reached. Increase max_steps or loosen rtol."
     step_too_small = (
-        "The step size fell below dtmin: the solution is not smooth there, or grows without bound. Smooth the "
-        "equations of the component that changes, or loosen rtol. If it only changes very fast beside the time span of "
-        "the run, pass a smaller dtmin."
+        "The step size fell below dtmin, because the solution is not smooth there or grows without bound. Smooth the "
+        "equations of the component that changes, or loosen rtol. If the solution only changes very fast compared with "
+        "the time span of the run, pass a smaller dtmin."
     )
     events_accumulate = (
-        "Events follow one another ever faster, and time stands still: a rebound that dies out, a switch without "
-        "hysteresis, or equations that have no solution after an event. Let the rebound end below a small speed, or "
-        "give the switch a band."
+        "Events follow each other ever faster, and time no longer advances: a rebound that dies out, a switch without "
+        "hysteresis, or equations that have no solution after an event. End the rebound below a small speed, or give "
+        "the switch a hysteresis."
     )
     events_endless = (
-        "Events at one instant cause one another without end. Let no two conditions undo each other: they must not "
-        "both be true where one leads to the other."
+        "Events at one instant trigger each other without end. Ensure that no two conditions undo each other: after "
+        "one event, the condition of the opposite event must be false."
     )
     bad_reset = (
-        "An event sets variables to values that contradict the constraints between them. Set fewer of them: those that "
-        "are tied to others follow."
+        "An event sets variables to values that contradict the constraints between them. Set fewer of them: the "
+        "constraints determine the others."
     )
     refused = "A component cannot do what is asked of it."
-    undetermined = "Equations are singular but for errors of rounding, so that any result is arbitrary."
+    undetermined = "Equations are singular to within rounding errors, so any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter or start value is outside its range, or contradicts another parameter."
-    bad_option = "A time, a step or a tolerance that the run was asked for is not one that it can have."
+    bad_option = "An option of the run has an invalid value: a time, a step size or a tolerance."
     bad_start = "The start values contradict the equations."
 
 
 def sentence(result: Any) -> str:
-    """What a result says."""
+    """The message of a result."""
     return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]
 
 
 def is_success(result: Any) -> Array:
-    """Whether a run came to its end or was stopped as it was asked to."""
+    """Whether a run reached its end time or met its stop condition."""
     return (result == Result.reached_end) | (result == Result.stopped)

@@ -1,4 +1,4 @@
-"""What a run is compiled for, and the numbers that it is called with."""
+"""Static settings and numeric arguments of a run."""
 
 import dataclasses
 import functools as ft
@@ -15,41 +15,41 @@ from ..solvers._rosenbrock import AbstractRosenbrock
 from .state_vector import StateVector
 from .user_function import UserFunction
 
-STEPS = 256  # most steps at a time, where a run is a program that is called again and again
-MOMENTS = 2  # at which something happens, that it has room for in a step, on average
-ROOM = 400_000  # bytes that they take: XLA compiles loops over up to a million bytes as one function
-AT_ONCE = 16  # moments of one instant that are recorded
+STEPS = 256  # maximum steps per call of the program that advances a run in chunks
+MOMENTS = 2  # event instants recorded per step, on average
+ROOM = 400_000  # bytes for the record of a chunk: XLA compiles loops over up to a million bytes as one function
+AT_ONCE = 16  # recorded moments at one instant
 
 
 @dataclasses.dataclass(frozen=True)
 class Settings:
-    """What a run is compiled for."""
+    """Static settings of a run: a change triggers a new compilation."""
 
     system: System
     stop: UserFunction | None
     integrand: UserFunction | None
     peaks: UserFunction | None
-    stored: UserFunction | None  # the energy in all components, for the account of what events take
+    stored: UserFunction | None  # total stored energy, for the energy lost at events
     direction: bool | None
     save: str
     solver: diffrax.AbstractSolver
-    adjoint: diffrax.AbstractAdjoint | None  # None for both modes
+    adjoint: diffrax.AbstractAdjoint | None  # None: both modes of differentiation
     max_steps: int
     max_events: int
     progress: diffrax.AbstractProgressMeter
-    is_started: bool = False  # whether past events, and those that set modes at the start, have happened
-    is_resumed: bool = False  # whether all that was due before the start, or is true there, has happened
-    is_search: bool = False  # whether what sets more than discrete variables waits for the start of a run
+    is_started: bool = False  # past events, and those that set modes at the start, have fired
+    is_resumed: bool = False  # events due before the start, or true there, have fired
+    is_search: bool = False  # events that set more than discrete variables are left to the run
 
     @property
     def has_events(self) -> bool:
-        """Whether anything can happen in the run."""
+        """Whether the run can have events."""
         system = self.system
         return system.events is not None or self.stop is not None or bool(system.instants.rows)
 
     @property
     def in_chunks(self) -> "Settings":
-        """The settings of the program that runs some steps at a time, whatever is read of them afterwards."""
+        """The settings of the program that advances a run in chunks, independent of the saved values."""
         layout, none = self.layout, diffrax.NoProgressMeter()
         steps = ROOM // (8 * (3 * layout.size + 8 * layout.n_core))
         steps = min(max(steps, 16), STEPS)
@@ -59,7 +59,7 @@ class Settings:
 
     @property
     def choices(self) -> tuple[tuple[str, str | int | None], ...]:
-        """The options that are no numbers, as text, and the limits."""
+        """The non-numeric options as text, and the limits on steps and events."""
         solver = f"{type(self.solver).__module__.partition('.')[0]}.{type(self.solver).__name__}"
         adjoint = None if self.adjoint is None else type(self.adjoint).__name__
         direction = {True: "up", False: "down", None: None}[self.direction]
@@ -68,7 +68,7 @@ class Settings:
 
     @ft.cached_property
     def layout(self) -> StateVector:
-        """The vector that is stepped."""
+        """The layout of the state vector."""
         system, events = self.system, self.system.events
         n = len(system.nominals)
         return StateVector(
@@ -82,14 +82,14 @@ class Settings:
 
     @property
     def read_by_margins(self) -> set[int]:
-        """The leaves that the margins of events are computed from."""
+        """The leaves that the event margins read."""
         events = self.system.events
         return {leaf for part in (events and events.margins, self.stop) if part for leaf in part.leaves}
 
     @ft.cached_property
     def follows_course(self) -> bool:
-        """Whether anything is read within steps that follows from equations, by a method whose dense output can be
-        corrected. States are as accurate there as they are integrated, but what follows may multiply their errors.
+        """Whether the dense output is corrected by the equations. This applies to Rosenbrock methods if algebraic
+        variables are read within steps: they can amplify the interpolation error of the states.
         """
         system = self.system
         if not isinstance(self.solver, AbstractRosenbrock) or not len(system.nominals):
@@ -105,19 +105,19 @@ class Settings:
 
     @property
     def n_integrals(self) -> int:
-        """How many integrals are asked for."""
+        """The number of requested integrals."""
         return 0 if self.integrand is None else self.integrand.n_outputs
 
     @property
     def n_extra(self) -> int:
-        """The integrals that are computed: a constant where there would be nothing to integrate."""
+        """The number of computed integrals. It includes a constant if there is nothing else to integrate."""
         return max(self.n_integrals, 0 if len(self.system.nominals) else 1)
 
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
 class RunNumbers:
-    """The options of a run that are numbers, and the numbers in its functions."""
+    """The numeric options of a run, and the constants in its functions."""
 
     t0: Array
     t1: Array
@@ -125,11 +125,11 @@ class RunNumbers:
     dtmin: Array | None
     rtol: Array
     times: Array | None
-    stop: list[Numbers]  # numbers in the stop condition
-    rates: list[Numbers]  # numbers in the integrands
-    peaks: list[Numbers]  # in the functions whose peaks are wanted
-    stored: list[Numbers]  # and in the energy
-    most: Numbers | None = None  # most steps, if they are not those that a program has room for
-    unmet: Numbers | None = None  # 1 where no start values meet the initial equations of components, else 0
-    past: Past | None = None  # what has happened before the run
+    stop: list[Numbers]  # constants in the stop condition
+    rates: list[Numbers]  # constants in the integrands
+    peaks: list[Numbers]  # constants in the functions of the peaks
+    stored: list[Numbers]  # constants in the stored energy
+    most: Numbers | None = None  # maximum number of steps, if it differs from that of the program
+    unmet: Numbers | None = None  # 1 if no start values satisfy the initial equations of components, else 0
+    past: Past | None = None  # event history before the run
     dtmax: Array | None = None

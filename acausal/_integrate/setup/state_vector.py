@@ -1,4 +1,4 @@
-"""The vector that is stepped, and where its parts lie."""
+"""The layout of the state vector."""
 
 import dataclasses
 from typing import TypeAlias
@@ -15,9 +15,9 @@ Vector: TypeAlias = Float[Array, " n"]
 class StateVector:
     """[states, memory, discrete variables, energies lost, peaks, integrals], each part possibly empty.
 
-    `states` are those of the system, in mass-matrix form with its algebraic unknowns. `memory` holds the unknowns of
-    the last iterations, and `peaks` values, then times. States and integrals are the *core*, which a solver integrates;
-    all between them is *carried* along and changes between steps only.
+    `states` are those of the system, and in mass-matrix form also its algebraic unknowns. `memory` holds the unknowns
+    of the last iterations, for warm starts, and `peaks` holds values, then times. States and integrals form the *core*,
+    which the solver integrates. The parts between them are *carried* and change only between steps.
     """
 
     n_states: int
@@ -41,7 +41,7 @@ class StateVector:
 
     @property
     def point(self) -> slice:
-        """States, memory and discrete variables: what the equations are evaluated from."""
+        """States, memory and discrete variables: the arguments of the equations."""
         return slice(0, self.discrete.stop)
 
     @property
@@ -58,7 +58,7 @@ class StateVector:
 
     @property
     def carried(self) -> slice:
-        """What the solver does not see."""
+        """The parts that the solver does not integrate."""
         return slice(self.memory.start, self.peaks.stop)
 
     @property
@@ -74,9 +74,9 @@ class StateVector:
         return self.n_states + self.n_integrals
 
     def joined(self, core: Vector, carried: Vector) -> Vector:
-        """The whole vector from the core and what is carried along."""
+        """The whole vector, assembled from the core and the carried parts."""
         return jnp.concatenate([core[: self.n_states], carried, core[self.n_states :]])
 
     def with_part(self, y: Vector, part: slice, value: Numbers) -> Vector:
-        """The vector with another value of one of its parts."""
+        """A copy of the vector with a new value of one part."""
         return jnp.concatenate([y[: part.start], value, y[part.stop :]])

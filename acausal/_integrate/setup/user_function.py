@@ -1,4 +1,4 @@
-"""User functions of a model's variables, kept by what they compute so that an equal one is not compiled again."""
+"""User functions of a model's variables, compared by their computation so that equal ones compile once."""
 
 import contextlib
 import dataclasses
@@ -36,29 +36,29 @@ from ..._reduce.jaxpr import assembled, is_floating, structs
 
 @dataclasses.dataclass(frozen=True)
 class UserFunction:
-    """A function of the leaves of a model, without the numbers in it: those are passed as `constants`.
+    """A function of the leaves of a model. The numbers in it are passed separately as `constants`.
 
-    Two functions that compute the same from other numbers are equal, whatever Python function they came from; where it
-    cannot be told what they compute, only if it is the same one.
+    Two functions are equal if they differ only in their constants, whatever Python functions they came from. If the
+    computation has no fingerprint, they are equal only if they come from the same Python function.
     """
 
     text: str
     closed: ClosedJaxpr = dataclasses.field(compare=False, hash=False)
-    leaves: tuple[int, ...]  # the leaves of the model that it reads; those of a second argument are counted on
-    tree: PyTreeDef  # the structure in which the function returned its results
-    owner: object = dataclasses.field(default=None, compare=False)  # what `text` names by its address
+    leaves: tuple[int, ...]  # the leaves that it reads; those of a second view continue the numbering
+    tree: PyTreeDef  # the pytree structure of its result
+    owner: object = dataclasses.field(default=None, compare=False)  # kept alive: `text` names it by address
 
     @property
     def n_outputs(self) -> int:
         return self.tree.num_leaves
 
     def __call__(self, constants: Sequence[Numbers], values: Sequence[Numbers]) -> list[Array]:
-        """Evaluate from the constants and the values of `leaves`."""
+        """Evaluate the function from the constants and the values of `leaves`."""
         return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
 
 _traced: dict[Hashable, tuple[UserFunction, list[Numbers]]] = {}
-_MOST = 512  # traces that are kept
+_MOST = 512  # largest number of cached traces
 
 
 VARIABLES = "the variables, s"
@@ -66,24 +66,24 @@ DERIVATIVES = "their derivatives, d"
 
 
 def as_function(value: object, what: str, given: Sequence[str] = (VARIABLES,)) -> Callable[..., PyTree]:
-    """What a user gives for a function, which is called with what is `given`."""
+    """Validates a user function that is called with the `given` arguments."""
     if not callable(value):
         raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
-    with contextlib.suppress(ValueError):  # where a signature cannot be told
+    with contextlib.suppress(ValueError):  # not every callable has a signature
         signature = inspect.signature(value)
         try:
             signature.bind(*given)
         except TypeError as error:
-            raise ModelError(f"{what} is called with {' and '.join(given)}, and takes {signature}: {error}.") from None
+            raise ModelError(f"{what} is called with {' and '.join(given)}, but takes {signature}: {error}.") from None
     return value
 
 
 def trace(
     function: Callable[..., PyTree], flat: FlatModel, what: str, n_views: int = 1
 ) -> tuple[UserFunction, list[Numbers]]:
-    """A user's function of `n_views` views of the model, and the numbers it holds.
+    """Traces a user function of `n_views` views of the model. Returns the function and its constants.
 
-    It is traced once where it surely computes the same again.
+    The trace is cached if the function is known to compute the same again.
     """
     key = _key_of(function, _stating(flat))
     if key is None:
@@ -97,7 +97,7 @@ def trace(
 
 @ft.lru_cache(maxsize=64)
 def _stating(flat: FlatModel) -> dict[str, tuple[type, ...]]:
-    """What classes of a model state besides fields, such as properties and methods, by name."""
+    """The class attributes of a model that are not fields, such as properties and methods, by name."""
     found: dict[str, tuple[type, ...]] = {}
     for cls in {type(node) for _, node in nodes_of(flat.structure.unflatten(range(flat.structure.num_leaves)))}:
         for name in set(dir(cls)) - set(dir(Component)) - {field.name for field in dataclasses.fields(cls)}:
@@ -106,8 +106,8 @@ def _stating(flat: FlatModel) -> dict[str, tuple[type, ...]]:
 
 
 def _key_of(function: Callable[..., Any], stating: Mapping[str, tuple[type, ...]]) -> Hashable | None:
-    """What a plain function computes: its code and the numbers and modules it refers to, by itself or through what it
-    may read of classes; None if it refers to more.
+    """Cache key of a plain function: its code and the numbers and modules it refers to, directly or through class
+    attributes. None if it refers to anything else.
     """
     key: list[Hashable] = []
     names, parts = set[str](), [function]
@@ -130,7 +130,7 @@ def _key_of(function: Callable[..., Any], stating: Mapping[str, tuple[type, ...]
 
 
 def _refers_to(function: object) -> tuple[object, ...]:
-    """The code of a plain function and what it refers to; anything else itself."""
+    """The code of a plain function and the objects it refers to; for any other object, the object itself."""
     if not isinstance(function, types.FunctionType) or function.__defaults__ or function.__kwdefaults__:
         return (function,)
     code = function.__code__
@@ -141,7 +141,7 @@ def _refers_to(function: object) -> tuple[object, ...]:
 
 
 def _named(value: object) -> str:
-    """A number by what it prints, since 1, 1.0 and True are equal, and so are both zeros; anything else by address."""
+    """A number by its repr, because 1, 1.0 and True are equal, and so are both zeros; anything else by address."""
     return repr(value) if type(value) in _NUMBERS else f"{id(value)}"
 
 
@@ -177,7 +177,7 @@ def _trace(
     slim = ClosedJaxpr(assembled(invars, jaxpr.outvars, jaxpr.eqns), [])
     try:
         return UserFunction(fingerprint(slim), slim, leaves, trees[0]), constants
-    except NoFingerprintError:  # it is the same if it is the same Python function
+    except NoFingerprintError:  # equal only to the same Python function
         owner = tuple(item for part in _refers_to(function) for item in _refers_to(part))
         text = " ".join([str(slim), *map(_named, owner)])
         return UserFunction(text, slim, leaves, trees[0], owner), constants
@@ -199,7 +199,7 @@ def _check_real(results: list[Array], what: str) -> None:
 
 
 def _hoisted(closed: ClosedJaxpr) -> tuple[Jaxpr, list[Numbers]]:
-    """The jaxpr with its constants and its literal numbers turned into leading inputs."""
+    """The jaxpr with its constants and literal numbers converted to leading inputs."""
     jaxpr = closed.jaxpr
     variables: list[Var] = list(jaxpr.constvars)
     constants: list[Numbers] = list(closed.consts)

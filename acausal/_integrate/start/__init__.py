@@ -1,1 +1,1 @@
-"""Searches for consistent start values."""
+"""Search for consistent start values."""

@@ -1,4 +1,4 @@
-"""`initialise`: start values from conditions on any variable and its derivative, or from rest."""
+"""`initialise`: consistent start values from conditions on variables and their derivatives, or at rest."""
 
 from collections.abc import Sequence
 from typing import Any, TypeVar
@@ -34,33 +34,33 @@ def initialise(
     strict: bool = False,
     throw: bool = True,
 ) -> M:
-    """The model with start values that satisfy conditions; `simulate` it, or linearise it there.
+    """Return the model with start values that satisfy the conditions, ready to `simulate` or linearise.
 
-    - `conditions(s, d)`: a dictionary of named equations, as in `dict(held=eq(s.rod.f, 300.0), rest=eq(d.pump.w))`,
-      between any variables (`s`) and their time derivatives (`d`), both in the shape of the model.
-    - `steady`: all states are at rest, their derivatives zero.
-    - `free`: names of start values in the model that are only guesses, or "all". By default all of them where `steady`,
-      else none: start values that are given are kept.
-    - `moving`: names of states whose derivatives need not vanish where `steady`, as the angle of a shaft that turns.
-    - `easier`: the same model with other parameters, for which the search is easier: its solution is followed while the
-      parameters change to those of `model` (a homotopy), should the direct search fail. Without it, what the conditions
-      lack at the first guess is taken away bit by bit.
-    - `solve_for`: names of parameters that are searched for, too, as in `solve_for=["supply.V"]` with a condition on a
-      speed. They start from the values in the model and move before states do, and the model returned has the values
-      found. Past events happen with the values in the model.
-    - `strict`: raise where the conditions leave a state or such a parameter undetermined. Otherwise what they leave
-      open stays near its start value.
+    - `conditions(s, d)`: a dictionary of named equations, such as `dict(held=eq(s.rod.f, 300.0), rest=eq(d.pump.w))`,
+      in any variables (`s`) and their time derivatives (`d`), both in the shape of the model.
+    - `steady`: True: the time derivatives of all states are zero.
+    - `free`: names of start values in the model that are only initial guesses, or "all". The default is "all" if
+      `steady`, otherwise none: given start values are kept.
+    - `moving`: names of states exempt from `steady`, such as the angle of a rotating shaft.
+    - `easier`: the same model with other parameters, for which the search is easier. If the direct search fails, a
+      homotopy follows its solution while the parameters change to those of `model`. Without `easier`, the homotopy
+      reduces the residual at the initial guess to zero.
+    - `solve_for`: names of additional unknown parameters, as in `solve_for=["supply.V"]` with a condition on a speed.
+      Their values in the model are the initial guesses, and they move before states do. The returned model has the
+      values found. Past events use the values in the model.
+    - `strict`: raise if the conditions leave a state or such a parameter undetermined. Otherwise, undetermined values
+      stay near their start values.
 
-    Switches, diodes, friction and whatever else changes by events is in the mode that the start values imply, past
-    events have happened, and the model returned holds the discrete variables that were found. It knows what has
-    happened by `t0`: that happens once, however often it is started again.
+    Switches, diodes, friction and all other components with events are in the mode that the start values imply. Past
+    events have fired, and the returned model holds the discrete variables found. It stores the event history up to
+    `t0`, so these events fire only once, even if you start the model again.
 
-    The nearest solution to the start values is found by Levenberg and Marquardt's method, in nominal sizes. It is
+    The Levenberg-Marquardt method, scaled by nominal sizes, finds the solution nearest to the start values. It is
     differentiable to any order in both modes, as an implicit function, and works under `jit` and `vmap`.
 
-    Raises `ModelError` for names that do not exist and `SimulationError` where no start is found, naming the conditions
-    that contradict each other, the events that come to no end, or a parameter found that is outside its range; with
-    `throw=False` the start values and these parameters are then NaN.
+    Raises `ModelError` for unknown names. Raises `SimulationError` if no start is found, and names the contradictory
+    conditions, the events without end, or the solved parameter outside its range. With `throw=False`, the start values
+    and these parameters are then NaN.
     """
     system, t0 = system_of(model), instant(t0, "t0")
     leaves, _ = complete_leaves(model)
@@ -86,7 +86,7 @@ def initialise(
         outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants, past_of(model))
     if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
         report_no_start(problem, outcome, leaves, new, t0)
-    else:  # a factor, of which the derivatives are not a number either
+    else:  # a factor, so that the derivatives are NaN too
         factor = jnp.where(outcome.is_bad, jnp.nan, 1.0)
         new = {i: factor * value for i, value in new.items()}
     started = with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])

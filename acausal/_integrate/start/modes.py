@@ -1,4 +1,4 @@
-"""The modes at a start: together with the start values, since each decides on the other."""
+"""Modes and start values of a run, found together because each determines the other."""
 
 import functools as ft
 from collections.abc import Callable
@@ -23,8 +23,8 @@ from .search import is_met
 
 
 class Modes(NamedTuple):
-    """A point and the discrete variables there; the events that make one another happen, where that has no end; those
-    that are refused; and those whose condition is true, that have happened.
+    """A point and its discrete variables, with masks of events: those that trigger each other without end, those that
+    are refused, and those that have fired because their condition is true.
     """
 
     x: PyTree
@@ -39,26 +39,26 @@ class _Point(NamedTuple):
     y: Array
     holds: Array
     truths: Array
-    values: list[Array]  # what events would set
-    lack: Array  # by how much each condition of the search is missed
+    values: list[Array]  # values that events would set
+    lack: Array  # residual of each condition of the search
 
 
 class _Round(NamedTuple):
-    """`y` and `holds` are what is to be looked at next, `kept` what has been found."""
+    """State of the mode iteration. `y` and `holds` are examined next; `kept` is the best point so far."""
 
     y: Array
     holds: Array
     kept: _Point
     fired: Numbers
-    late: Array  # which events happened after the first rounds, one by one
+    late: Array  # events that fired one by one, after the first rounds
     count: Any
-    tried: Array  # number of the single event that is tried; 0 as long as events happen by themselves
+    tried: Array  # number of the single event on trial; 0 while events fire by themselves
 
 
 class Solver(NamedTuple):
-    """What finds the point that belongs to modes.
+    """The functions that find the point for given modes.
 
-    - `root(discrete)`: the point, and by how much it misses the conditions; without derivatives.
+    - `root(discrete)`: the point and the residuals of the conditions, without derivatives.
     - `followed(x, discrete)`: the same point, differentiable with respect to the numbers of the run.
     - `at(x, given)`: the states at a point, and the numbers of the run with the parameters found there.
     """
@@ -69,19 +69,19 @@ class Solver(NamedTuple):
 
 
 def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
-    """The modes in which nothing happens at the point that they lead to.
+    """Consistent modes: no event fires at the point that they imply.
 
-    A complementarity problem at one instant: the events at the point that belongs to modes are those to be changed.
-    First all of them are, later the first one only, which comes to an end as least-index methods for linear
-    complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4). What
-    events set besides discrete variables does not happen here, but at the start of a run.
+    This is a complementarity problem at one instant: events that fire at the point of the current modes change them.
+    The first rounds fire all of these events, later rounds only the first one, which terminates as least-index methods
+    for linear complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988,
+    ch. 4). Events change only discrete variables here; other variables are set at the start of a run.
 
-    Where the modes found have no point that meets the conditions, as a body that is pushed to a stop far away is at
-    rest nowhere before it, single events are tried one after the other. One is kept if no event whose condition is true
-    then, whether it has happened before or not, changes a mode, and at most half is lacking.
+    If the modes found have no point that satisfies the conditions, single events are tried in turn. An example is a
+    body pushed to a distant stop, which has no equilibrium before the stop. An event is kept if no event whose
+    condition is then true, fired before or not, changes a mode, and the squared residual is less than half.
 
-    Modes are constants. Where events set discrete variables to values that depend on numbers, such as what is measured
-    at the time, all rounds are differentiated.
+    Modes are constants. If events set discrete variables to values that depend on numbers, such as a measured value,
+    all rounds are differentiated.
     """
     events, layout = start.events, start.events.layout
     is_smooth = sets_values(events.system)
@@ -91,7 +91,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters]
 
     def point(y: Array, holds: Array) -> tuple[_Point, Array]:
-        """The point that belongs to modes, and the events that begin there."""
+        """The point for the modes in y, and the events that fire there."""
         discrete = y[layout.discrete]
         x, lack = solver.root(discrete)
         states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
@@ -131,13 +131,13 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
     if is_smooth:
         return _modes(events, end, end.kept.y[layout.discrete])
     before, after = start.discrete, end.kept.y[layout.discrete]
-    # A discrete variable that a past event has set may depend on parameters, and keeps its derivatives. One that has
-    # changed since is a mode, a constant.
+    # A discrete variable set by a past event may depend on parameters and keeps its derivatives. One that has changed
+    # since then is a mode, which is constant.
     return _modes(events, end, jnp.where(after == before, before, after))
 
 
 def _size(point: _Point) -> Array:
-    """How much is lacking, of all conditions."""
+    """The sum of squared residuals of all conditions."""
     return jnp.sum(point.lack**2)
 
 
@@ -149,9 +149,7 @@ def _modes(events: RunEvents, end: _Round, discrete: Array) -> Modes:
 
 @ft.lru_cache(maxsize=64)
 def sets_values(system: System) -> bool:
-    """Whether events that are not scheduled set discrete variables to what has derivatives, not to one of some
-    numbers.
-    """
+    """Whether unscheduled events set discrete variables to differentiable values, rather than to constants."""
     if system.events is None:
         return False
     actions, entries = system.events.actions, system.events.entries

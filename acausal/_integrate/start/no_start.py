@@ -1,4 +1,4 @@
-"""What to raise where no start values are found."""
+"""Errors for a failed search for start values."""
 
 from collections.abc import Sequence
 
@@ -15,23 +15,23 @@ from .problem import Problem
 from .search import RANK, NearestPoint
 from .start_search import Outcome
 
-EDGE = 1e-3  # how near to the edge of its range a variable counts as being at it, relative to its nominal size
+EDGE = 1e-3  # distance from the edge of a range that counts as zero, relative to the nominal size
 
 
 def report_no_start(
     problem: Problem, outcome: Outcome, leaves: Sequence[Numbers | None], new: dict[int, Array], t0: Numbers
 ) -> None:
-    """Raise `SimulationError` for a search from leaves of a model that did not find what it was asked for; `new` ones
-    are what it found.
+    """Raise `SimulationError` if the search for start values failed. `leaves` are those of the model, and `new` ones
+    those at the end of the search.
     """
     found, events = outcome.found, problem.system.events
     if np.any(outcome.happen):
         assert events is not None
         names = [events.labels[i] for i in np.flatnonzero(outcome.happen)]
         raise SimulationError(
-            f"No modes agree with the start values that they lead to: {listed(names)} would happen, one after the "
-            "other without end. What switches to and fro has no rest, but a cycle, into which a simulation leads. "
-            "Remedy: other first guesses or start values of the discrete variables, or conditions that fit one mode."
+            f"No modes are consistent with the start values that they imply: {listed(names)} would fire one after the "
+            "other without end. A system that keeps switching has no equilibrium but a limit cycle, which a simulation "
+            "reaches. Remedy: other guesses or start values of the discrete variables, or conditions for one mode."
         )
     if not found.violation <= CLOSE:
         is_kept = problem.system.flat.is_variable
@@ -40,14 +40,14 @@ def report_no_start(
         raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
     if np.any(outcome.refused):
         assert events is not None
-        raise SimulationError(f"There is no start. {events.refusal(int(np.argmax(outcome.refused)))}")
+        raise SimulationError(f"The start values found are invalid. {events.refusal(int(np.argmax(outcome.refused)))}")
     if np.any(outcome.unmet):
         system = problem.system
         values = system.intake.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
         told = system.intake.requirements.told(int(np.argmax(outcome.unmet)), system.intake.packed(values))
         raise SimulationError(
-            f"The conditions lead to a parameter that is not admissible: {told} Remedy: other conditions, a first "
-            "guess nearer to an admissible value, or other parameters in solve_for."
+            f"The conditions lead to an inadmissible parameter value: {told} Remedy: other conditions, an initial "
+            "guess closer to an admissible value, or other parameters in solve_for."
         )
     if problem.strict and np.any(outcome.is_open):
         every = [*constrained_names(problem.system), *problem.trim.names]
@@ -56,22 +56,22 @@ def report_no_start(
         what = "the start values and parameters" if problem.trim.leaves else "the start values"
         raise SimulationError(
             f"The conditions leave {count} of {what} undetermined, among these variables: "
-            f"{listed(names)}. Remedy: give their start values, add conditions, or leave out strict=True "
-            "to keep them where they are."
+            f"{listed(names)}. Remedy: give their start values, add conditions, or omit strict=True "
+            "to keep them near their start values."
         )
 
 
 def _contradiction(problem: Problem, found: NearestPoint) -> str:
-    """Which conditions are not met, and with which others they clash."""
+    """The conditions that are not met, those in conflict, and the remedy."""
     names = problem.residual_names
     residual, slopes = np.asarray(found.residual), np.asarray(found.slopes)
     if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(slopes)):
         bad = [name for name, value in zip(names, residual, strict=True) if not np.isfinite(value)]
         return (
-            f"No start values were found: {listed(bad or names)} became infinite or not a number. Remedy: better "
-            "first guesses, as start values with free=[...], or an `easier` model to start from."
+            f"No start values were found: {listed(bad or names)} became infinite or not a number. Remedy: give "
+            "better initial guesses as start values with free=[...], or an `easier` model to start from."
         )
-    # What is missed by the same amount but for rounding stays in the order in which it is stated.
+    # Residuals that are equal to within rounding keep their order.
     order = np.argsort(-np.round(np.abs(residual), 6), kind="stable")
     missed = [names[i] for i in order if abs(residual[i]) > CLOSE]
     lines = [f"No start values satisfy the conditions. Not met: {listed(missed)}."]
@@ -79,25 +79,25 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
     rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
     clashes = [vector for vector in left.T[rank:] if abs(vector @ residual) > CLOSE]
     for vector in clashes:
-        lines.append(f"  These depend on each other and contradict: {listed([names[i] for i in _large(vector)])}.")
+        lines.append(f"  Conditions in conflict, linearly dependent: {listed([names[i] for i in _large(vector)])}.")
     given = _given_names(problem)
-    less = "remove one of the conditions" + (f", or leave out or free a start value: {listed(given)}" if given else "")
-    other = "better first guesses, as start values with free=[...], or an `easier` model to start from"
+    less = "remove one of the conditions" + (f", or omit or free a start value: {listed(given)}" if given else "")
+    other = "give better initial guesses as start values with free=[...], or an `easier` model to start from"
     lines.append(f"  Remedy: {less if clashes else other}.")
     return "\n".join(lines)
 
 
 def _about_flat(problem: Problem, found: NearestPoint) -> str:
-    """The conditions that no unknown that may move changes at the end of a search, as the flow of a closed valve."""
+    """The unmet conditions with a zero gradient at the end of a search, such as the flow of a closed valve."""
     residual, slopes = np.abs(found.residual), np.max(np.abs(found.slopes), axis=1, initial=0.0)
     is_flat = (residual > 1.0 / RANK) | ((slopes <= RANK) & (residual > CLOSE) & bool(problem.trim.leaves))
     names = [name for name, flat in zip(problem.residual_names, is_flat, strict=True) if flat]
     if not names:
         return ""
-    guesses = f", as of {listed(problem.trim.names)}" if problem.trim.leaves else ""
+    guesses = f", for example of {listed(problem.trim.names)}" if problem.trim.leaves else ""
     return (
-        f"\n  Where the search ended, {listed(names)} hardly changes with anything that may move, and a search follows "
-        f"derivatives. Remedy: first guesses at which it does{guesses}."
+        f"\n  At the end of the search, {listed(names)} hardly depends on any unknown, so the derivatives give no "
+        f"direction. Remedy: give initial guesses at which it does{guesses}."
     )
 
 
@@ -106,14 +106,14 @@ def _about_modes(problem: Problem) -> str:
     if events is None or not any(entry.targets for entry in events.entries):
         return ""
     return (
-        "\n  Modes were tried that the start values imply, those that follow from these, and those of one more event "
-        "at a time. Remedy, where the conditions can be met in others: start values from which these follow, such as a "
-        "place beyond a stop."
+        "\n  The search tried the modes that the start values imply, those that follow from these, and those after one "
+        "further event at a time. Remedy, if other modes can meet the conditions: give start values that imply these "
+        "modes, such as a position beyond a stop."
     )
 
 
 def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Numbers | None], t0: Numbers) -> str:
-    """The ranges at whose edges a search ended, or out of which its next step leads."""
+    """The ranges at whose edge the search ended, or which its next step would leave."""
     system, constraints = problem.system, problem.system.constraints
     table, count = system.ordered.table, len(constraints.sizes)
     pairs = [(variable, 0) for variable in ranges_of(table) if (variable, 0) in system.plan.places]
@@ -132,7 +132,7 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Number
         if not np.all(np.abs(x) > EDGE * system.sizes_of([pair])) or np.any(np.isnan(y))
     ]
     said = requirements(table, left)
-    return f"\n  The search ended where it would lead out of a range: {'; '.join(said)}." if said else ""
+    return f"\n  The search ended where its next step would leave a range: {'; '.join(said)}." if said else ""
 
 
 def _given_names(problem: Problem) -> list[str]:

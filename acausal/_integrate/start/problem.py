@@ -1,4 +1,4 @@
-"""What start values are searched for: the conditions, and which of the numbers of a model may move."""
+"""The start value problem: its conditions, and which numbers of a model are free."""
 
 import dataclasses
 import functools as ft
@@ -29,8 +29,8 @@ Conditions = Callable[[PyTree, PyTree], Mapping[str, Equation]]
 
 
 class Values(NamedTuple):
-    """The numbers of a search: those of the model, the time, those in the conditions, and the sizes of parameters that
-    are searched for.
+    """The numbers of a search: those of the model, the time, the constants in the conditions, and the sizes of the
+    unknown parameters.
     """
 
     inputs: Inputs
@@ -39,47 +39,47 @@ class Values(NamedTuple):
     sizes: Array
 
     def in_modes(self, system: System, discrete: Array | None) -> "Values":
-        """With these values of the discrete variables, one after the other."""
+        """A copy with these values of the discrete variables, in a flat array."""
         if not system.carried.discrete_places:
             return self
         inputs = dataclasses.replace(self.inputs, discrete=discrete)
         return self._replace(inputs=system.carried.with_discrete(inputs, jnp.zeros(0)))
 
     def at(self, trim: Trim, x: Array) -> "Values":
-        """With the parameters that are among the unknowns."""
+        """A copy with the parameters taken from the unknowns x."""
         return self._replace(inputs=trim.applied(x, self.sizes, self.inputs))
 
 
 @dataclasses.dataclass(frozen=True)
 class Problem:
-    """What a search for start values is compiled for."""
+    """Static description of a search for start values."""
 
     system: System
     conditions: UserFunction | None
     names: tuple[str, ...]  # of the conditions
-    rests: tuple[int, ...]  # the elements of the state vector whose derivatives vanish
+    rests: tuple[int, ...]  # elements of the state vector whose derivatives must be zero
     given: frozenset[int]
-    fixed: frozenset[int]  # those of the given ones that must not move
-    wanted: tuple[int, ...]  # the leaves that get start values
-    given_unknowns: tuple[Pair, ...]  # algebraic, which must have the start values that are given for them
+    fixed: frozenset[int]  # given start values that must not change
+    wanted: tuple[int, ...]  # leaves that receive start values
+    given_unknowns: tuple[Pair, ...]  # algebraic unknowns with fixed start values
     strict: bool
-    trim: Trim  # the parameters that are searched for
+    trim: Trim  # unknown parameters
 
     @property
     def of_components(self) -> "Problem":
-        """The search for start values that meet the initial equations of components alone."""
+        """The same problem with only the initial equations of components as conditions."""
         return dataclasses.replace(
             self, conditions=None, names=(), rests=(), given_unknowns=(), strict=False, trim=Trim(self.system, ())
         )
 
     @property
     def held(self) -> np.ndarray:
-        """For each element of the constrained pairs, whether its start value is given and must not move."""
+        """Mask of the elements of the constrained pairs whose start values are fixed."""
         return given_pairs(self.system, Inputs(ModelParameters(), jnp.zeros(0), self.fixed))
 
     @property
     def foreign(self) -> np.ndarray:
-        """For each element of them, whether it is a state that the components with initial equations do not own."""
+        """Mask of the elements that are states of components without initial equations."""
         system, initial = self.system, self.system.initial_equations
         leaves = () if initial is None else initial.own()
         own = _tied(system, {pair for leaf in leaves for pair in _pairs_of(system, leaf)})
@@ -88,7 +88,7 @@ class Problem:
         return system.constraints.is_state & ~is_own
 
     def residual(self, x: Array, values: Values) -> Array:
-        """What is to vanish at x: the constraints between its elements, and what the conditions are short of."""
+        """The residuals at x: those of the constraints between its elements and those of the conditions."""
         constraints, values, x = self.system.constraints, values.at(self.trim, x), self.trim.own(x)
         return jnp.concatenate([constraints.residuals(x, values.t0, values.inputs.params), self._lack(x, values)])
 
@@ -115,7 +115,7 @@ class Problem:
 
     @property
     def _read(self) -> tuple[list[int], list[int]]:
-        """The variables whose values are needed, and those whose derivatives are."""
+        """The variables whose values are needed, and those whose derivatives are needed."""
         system, initial, n = self.system, self.system.initial_equations, len(self.system.flat.own_leaves)
         read = () if self.conditions is None else self.conditions.leaves
         values, rates = {i for i in read if i < n and system.flat.is_variable(i)}, {i - n for i in read if i >= n}
@@ -125,7 +125,7 @@ class Problem:
 
     @property
     def residual_names(self) -> list[str]:
-        """The names of all that is to vanish, in the order of `residual`."""
+        """The names of the residuals, in the order of `residual`."""
         system, names = self.system, self.system.element_names
         initial = [] if system.initial_equations is None else system.initial_equations.names
         unknowns = [f"the start value of {name}" for name in pair_names(system, self.given_unknowns)]
@@ -144,8 +144,8 @@ def problem_of(
     strict: bool = False,
     trimmed: tuple[int, ...] = (),
 ) -> tuple[Problem, list[Numbers]]:
-    """What `initialise` is asked for, and the numbers in its conditions; by default, to meet the initial equations of
-    components.
+    """The problem that `initialise` solves, and the constants in its conditions. By default, the conditions are the
+    initial equations of components.
     """
     quantity, constants, names = None, [], ()
     if conditions is not None:
@@ -160,7 +160,7 @@ def problem_of(
     fixed = given - _free(system, given, steady, free)
     rests = _rests(system, moving) if steady else ()
     if moving and not steady:
-        raise ModelError("moving= exempts derivatives from steady=True, which is not asked for.")
+        raise ModelError("moving= exempts derivatives from steady=True, which is not set.")
     unknowns = tuple(given_unknowns(system, fixed))
     trim = Trim(system, trimmed)
     return Problem(
@@ -192,7 +192,7 @@ def _leaf(system: System, name: str, what: str) -> int:
 
 
 def _rests(system: System, moving: Sequence[str]) -> tuple[int, ...]:
-    """The elements of the state vector but for those of variables that move."""
+    """The elements of the state vector, except those of moving variables."""
     moves = {pair for name in names_of(moving, "moving") for pair in _states_of(system, name)}
     sizes = [system.plan.size(variable) for variable, _ in system.states]
     is_at_rest = np.repeat([pair not in moves for pair in system.states], sizes)
@@ -200,7 +200,7 @@ def _rests(system: System, moving: Sequence[str]) -> tuple[int, ...]:
 
 
 def _states_of(system: System, name: str) -> set[Pair]:
-    """The states that a variable is, or that constraints tie it to, by its path."""
+    """The states that a variable equals or is tied to by constraints. The variable is given by its path."""
     pairs = _tied(system, _pairs_of(system, _leaf(system, name, "moving")))
     found = {state for state in system.states if state in pairs}
     if not found:
@@ -212,21 +212,21 @@ def _states_of(system: System, name: str) -> set[Pair]:
 
 
 def _pairs_of(system: System, leaf: int) -> set[Pair]:
-    """The pairs whose values a variable leaf has."""
+    """The pairs that hold the values of a variable leaf."""
     flat_leaf = system.flat.leaves[leaf]
     pairs = {system.pair_of_node(flat_leaf.first + i)[0] for i in range(flat_leaf.count)}
     return {pair for pair in pairs if pair is not None}
 
 
 def _tied(system: System, pairs: set[Pair]) -> set[Pair]:
-    """Pairs, with those that constraints tie to them."""
+    """The pairs, and all pairs that constraints tie to them."""
     uses = [use for group in system.constraints.groups for use in group.uses]
     return pairs.union(*(use.values for use in uses if not pairs.isdisjoint(use.values)))
 
 
 def _wanted(system: System, given: frozenset[int]) -> tuple[int, ...]:
-    """The leaves from which a run starts at the point found: those of the states, or where that is not enough, of all
-    that constraints tie to them; those that iterations start from; and those that are given already."""
+    """The leaves that need start values for a run to start at the point found: those of the states or, if these are not
+    enough, of all constrained pairs; those with initial guesses of iterations; and those given already."""
     table = system.ordered.table
     enough = not system.ordered.invariants and all(order == 0 for _, order in system.states)
     pairs = [*(system.states if enough else system.constraints.pairs), *system.carried.memory]

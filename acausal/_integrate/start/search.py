@@ -1,4 +1,4 @@
-"""The search for a point that satisfies conditions, near another one."""
+"""Nonlinear least-squares search for the point nearest to a given one that satisfies conditions."""
 
 import dataclasses
 from collections.abc import Callable
@@ -18,15 +18,15 @@ from ..._evaluate.roots import row_scale
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
 STAGES = 20  # steps of a homotopy
-# Singular values below this share of the largest count as zero: what moves a point no more than that is undetermined.
+# Rank tolerance: singular values below this fraction of the largest count as zero.
 RANK = 1e-9
 
 
 class NearestPoint(eqx.Module):
-    """The point at which a search ended, and the largest `violation` of a condition there; the rest explains a failure.
+    """The point at which a search ended, and the largest `violation` of a condition there.
 
-    `residual` is relative to the size of each condition, `slopes` the matrix by which they depend on the unknowns.
-    `freedom` says of each unknown how far it can move with all conditions kept, between 0 and 1.
+    The other fields explain a failure. `residual` is relative to the size of each condition, and `slopes` is its
+    Jacobian. `freedom` is the diagonal of the projector onto the null space of `slopes`, between 0 (determined) and 1.
     """
 
     x: Array
@@ -38,9 +38,8 @@ class NearestPoint(eqx.Module):
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Search:
-    """For the x nearest to x0, by `weight` and `sizes`, with residual(x, numbers) = 0; a weight of 0 lets nothing move.
-
-    `residual` must not close over numbers that are differentiated.
+    """Search for the x nearest to x0 with residual(x, numbers) = 0. `weight` and `sizes` scale the distance, and an
+    unknown of weight 0 is fixed. `residual` must not close over differentiated numbers.
     """
 
     residual: Callable[[Array, PyTree], Array]
@@ -56,16 +55,16 @@ class Search:
         return self.residual(x0 + self._scale * z, numbers) / rows
 
     def _rows(self, x0: Array, numbers: Array) -> Array:
-        """The size of each condition: what it changes by where all unknowns that move change by their sizes."""
+        """The size of each condition: its change if all free unknowns change by their sizes."""
         step = np.where(self.weight > 0, self.sizes, 0.0)
         return row_scale(jax.jacfwd(lambda z: self.residual(x0 + step * z, numbers))(jnp.zeros_like(x0)))
 
     def best(self, x0: Array, numbers: PyTree, easy: PyTree = None) -> tuple[Array, Array]:
-        """The x that comes nearest to satisfying the conditions, or the nearest one that does, and what is lacking
-        there; constants.
+        """The solution x nearest to x0, or the x with the smallest residual if there is no solution. Returns x and the
+        residual, as constants.
 
-        Directly, or in stages where that fails: from `easy` numbers to the real ones, or else from what the conditions
-        lack at x0 to nothing.
+        If the direct search fails, a homotopy follows in stages: from the `easy` numbers to the actual ones or,
+        without `easy`, from the residual at x0 to zero.
         """
         x0, numbers, easy = jax.lax.stop_gradient((x0, numbers, easy))
         args = (x0, numbers, self._rows(x0, numbers))
@@ -74,7 +73,7 @@ class Search:
         return self._refined(z, args), lack
 
     def direct(self, x0: Array, numbers: PyTree) -> Array:
-        """As `best`, but without stages; x0 where nothing satisfies the conditions."""
+        """The same as `best`, without the homotopy. Returns x0 if the search finds no solution."""
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         args = (x0, numbers, self._rows(x0, numbers))
         z, lack = _least(self._measured, jnp.zeros_like(x0), args)
@@ -84,7 +83,7 @@ class Search:
         return args[0] + self._scale * refined(self._measured, _inverse, z, jnp.zeros_like(z), args)
 
     def found(self, best: Array, x0: Array, numbers: PyTree) -> NearestPoint:
-        """The point that `best` found as the implicit function of x0 and numbers that it is."""
+        """The point that `best` found, as an implicit function of x0 and numbers."""
         moves, held = self._scale > 0, self._held(x0, numbers)
         z = self._moved(best, held[0])
         slopes, final = jax.jacfwd(self._measured)(z, held), self._measured(z, held)
@@ -94,7 +93,7 @@ class Search:
         return NearestPoint(x, violation, final, slopes, freedom)
 
     def followed(self, best: Array, x0: Array, numbers: PyTree) -> Array:
-        """The end of `best`, made differentiable by x0 and numbers, also where conditions are not met."""
+        """The end point of `best`, differentiable in x0 and numbers even if the conditions are not satisfied."""
         held = self._held(x0, numbers)
         return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
 
@@ -103,7 +102,7 @@ class Search:
         return x0, numbers, self._rows(x0, numbers)
 
     def _moved(self, x: Array, x0: Array) -> Array:
-        """How far x is from x0, in the unit of each unknown."""
+        """The distance of x from x0, in the scale of each unknown; zero for fixed unknowns."""
         return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
 
     def _nearest(self, z: Array, x0: Array, numbers: PyTree, rows: Array) -> Array:
@@ -115,12 +114,12 @@ def _inverse(matrix: Array) -> Array:
 
 
 def is_met(lack: Array) -> Array:
-    """Whether conditions are met that lack this much."""
+    """Whether these residuals satisfy the conditions to within the tolerance."""
     return jnp.all(jnp.abs(lack) <= CLOSE)
 
 
 def _in_stages(measured: Callable[[Array, PyTree], Array], args: PyTree, easy: PyTree) -> tuple[Array, Array]:
-    """Along a homotopy, each stage from where the last one ended; and what is lacking at its end."""
+    """Follows the homotopy, starting each stage from the previous solution. Returns the solution and its residual."""
     origin = jnp.zeros_like(args[0])
     if easy is None:
         first, others, lacking = origin, args, measured(origin, args)
@@ -129,7 +128,7 @@ def _in_stages(measured: Callable[[Array, PyTree], Array], args: PyTree, easy: P
         first, lacking = _least(measured, origin, others)[0], 0.0
 
     def stage(z: Array, s: Array) -> tuple[Array, Array]:
-        # Equal numbers are left as they are: both may be infinite, as the place of a stop that a model leaves out.
+        # Equal numbers are not interpolated: both may be infinite, such as the position of an absent stop.
         between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
         return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
 

@@ -1,4 +1,4 @@
-"""The search for start values, together with the modes that they imply."""
+"""The search for consistent start values and modes."""
 
 import functools as ft
 from collections.abc import Mapping
@@ -25,14 +25,14 @@ from .modes import Solver, modes_at
 from .problem import Problem, Values
 from .search import NearestPoint, Search, is_met
 
-OPEN = 1e-6  # freedom of a state from which on it counts as undetermined
-# Parameters are searched for from their first guesses times 1, 2, 1/2, 4, 1/4, ..., until one leads to a start.
+OPEN = 1e-6  # freedom above which a state counts as undetermined
+# The initial guesses of unknown parameters are scaled by 1, 2, 1/2, 4, 1/4, ... until the search succeeds.
 GUESSES = (1.0, *(2.0**k for n in range(1, 11) for k in (n, -n)))
 
 
 class Outcome(NamedTuple):
-    """What was found; the events that go on to happen there and those that are refused; what is undetermined; the
-    requirements that parameters found do not meet; whether there is no start; and what has happened by then.
+    """The point found, and masks of the events that fire there without end, of refused events, of undetermined unknowns
+    and of requirements that the parameters found violate; whether the search failed; and the event history.
     """
 
     found: NearestPoint
@@ -40,13 +40,13 @@ class Outcome(NamedTuple):
     refused: Array
     is_open: Numbers
     unmet: Array
-    params: Mapping[int, Numbers]  # those found, by number
+    params: Mapping[int, Numbers]  # parameters found, by number
     is_bad: Array
     past: Past | None
 
 
 class Ends(NamedTuple):
-    """Where the search by components ended, and that by all conditions, whose guesses were moved by `shift`."""
+    """End points of the search by components and of the whole search, with its guesses moved by `shift`."""
 
     own: Array
     whole: Array
@@ -54,8 +54,8 @@ class Ends(NamedTuple):
 
 
 class _Searches:
-    """First the own states of components that state initial equations are searched for, by these alone; then, from
-    there, all that may move by all conditions. Other states move only where that has to be.
+    """Two searches. The first solves only the initial equations of components for the states of these components. The
+    second starts there and solves all conditions for all free unknowns. Other states move only if necessary.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -69,7 +69,7 @@ class _Searches:
             self._own = Search(problem.of_components.residual, constraints.sizes, own)
 
     def best(self, x0: Array, unknowns: Array, values: Values, easier: Values | None) -> tuple[Ends, Array]:
-        """What each of them ends at, from states x0 and further unknowns, and what is lacking there."""
+        """Runs both searches from states x0 and further unknowns. Returns their end points and the residual."""
         x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
 
@@ -94,12 +94,12 @@ class _Searches:
         return Ends(own, whole, shift), lack
 
     def found(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> NearestPoint:
-        """The point found, as the function of all numbers that it is."""
+        """The point found, as an implicit function of all numbers."""
         origin = jnp.append(self._origin(best, x0, values), unknowns + best.shift)
         return self._whole.found(best.whole, origin, values)
 
     def followed(self, best: Ends, x0: Array, unknowns: Array, values: Values) -> Ends:
-        """The points at which they ended, as functions of all numbers."""
+        """The end points, as functions of all numbers."""
         own = self._origin(best, x0, values)
         return Ends(own, self._whole.followed(best.whole, jnp.append(own, unknowns + best.shift), values), best.shift)
 
@@ -120,9 +120,9 @@ def search_start(
     constants: list[Numbers],
     past: Past | None,
 ) -> tuple[Outcome, dict[int, Numbers]]:
-    """What was found, and the new values of leaves by number; from `easy` parameters where the way from there helps.
+    """Searches for start values. Returns the outcome and the new values of leaves by number.
 
-    Where there is no start, the values are those at which the search ended.
+    `easy` parameters are the origin of a homotopy. If the search fails, the values are those at its end.
     """
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
@@ -148,7 +148,7 @@ def search_start(
         new_past = None
     else:
         start = start_of(system, t0, x0[states], inputs, past, is_search=True)
-        x0 = placed(x0, states, start.states)  # past events set states, too
+        x0 = placed(x0, states, start.states)  # past events also set states
         best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
         new_past = Past(jnp.asarray(t0, float), holds.astype(float))
     values = values.in_modes(system, discrete)

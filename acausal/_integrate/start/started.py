@@ -1,4 +1,4 @@
-"""The start of a model whose components state initial equations, for all that begins there."""
+"""Start values of a model whose components state initial equations."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -20,10 +20,10 @@ from .start_search import search_start
 def started(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
-    """The leaves of a model, with start values that meet its initial equations; and 1 where there are none, else 0.
+    """The leaves of a model with start values that satisfy its initial equations, and 0; or 1 if there are none.
 
-    They are then in the modes that the start values imply, past events have happened. Raises `SimulationError` where
-    nothing is found and numbers are known, unless told not to; the leaves are then what they were.
+    Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
+    the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
     """
     system = system.solved or system
     check_begun_late(system, past, t0)
@@ -40,5 +40,5 @@ def started(
 
 
 def _start(system: System, number: int, leaf: Any) -> Any:
-    """The start value of a leaf, that of its class where none is given."""
+    """The start value of a leaf, by default that of its class."""
     return system.flat.leaves[number].declaration.start if leaf is None else leaf

@@ -1,4 +1,4 @@
-"""Parameters that are searched for together with start values."""
+"""Unknown parameters in a search for start values."""
 
 import dataclasses
 import math
@@ -22,19 +22,19 @@ from ..setup.field import Given
 
 @dataclasses.dataclass(frozen=True)
 class Trim:
-    """Parameters as further unknowns, that follow those of the start: each is p / s, with the sizes s of `sizes`."""
+    """Parameters as unknowns p / s after those of the start, scaled by their sizes s (`sizes`)."""
 
     system: System
     leaves: tuple[int, ...]  # the numbers of the parameters
 
     @property
     def count(self) -> int:
-        """How many unknowns there are."""
+        """The number of unknowns."""
         return sum(self._counts)
 
     @property
     def names(self) -> list[str]:
-        """The parameter behind each of the unknowns."""
+        """The path of the parameter of each unknown."""
         return [
             self.system.flat.leaves[i].path for i, n in zip(self.leaves, self._counts, strict=True) for _ in range(n)
         ]
@@ -48,7 +48,7 @@ class Trim:
         return flat_leaf.stack + flat_leaf.sizes
 
     def sizes(self, params: ModelParameters) -> Array:
-        """The largest element of each parameter, or its nominal size where it is zero; constants."""
+        """The largest absolute element of each parameter, or its nominal size if that is zero; constants."""
         parts = [jnp.zeros(0)]
         for leaf, count in zip(self.leaves, self._counts, strict=True):
             largest = jnp.max(jnp.abs(jnp.asarray(params.leaves[leaf], float)))
@@ -56,37 +56,37 @@ class Trim:
         return jax.lax.stop_gradient(jnp.concatenate(parts))
 
     def unknowns(self, params: ModelParameters, sizes: Array) -> Array:
-        """The unknowns from the values of the parameters."""
+        """The unknowns, computed from the values of the parameters."""
         parts = [jnp.ravel(jnp.asarray(params.leaves[leaf], float)) for leaf in self.leaves]
         return jnp.concatenate([jnp.zeros(0), *parts]) / sizes
 
     def own(self, x: Array) -> Array:
-        """The unknowns of the start alone."""
+        """The unknowns of the start, without the parameters."""
         return x[: len(x) - self.count]
 
     def values(self, x: Array, sizes: Array) -> dict[int, Array]:
-        """The parameters by number."""
+        """The values of the parameters, by number."""
         if not self.leaves:
             return {}
         pieces = jnp.split(x[len(x) - self.count :] * sizes, np.cumsum(self._counts)[:-1])
         return {leaf: piece.reshape(self._shape(leaf)) for leaf, piece in zip(self.leaves, pieces, strict=True)}
 
     def applied(self, x: Array, sizes: Array, inputs: Inputs) -> Inputs:
-        """The numbers of a model with the parameters that the unknowns stand for."""
+        """A copy of the inputs with the parameters from the unknowns."""
         if not self.leaves:
             return inputs
         params = self.system.intake.packed(inputs.params.changed(self.values(x, sizes)))
         return dataclasses.replace(inputs, params=params)
 
     def given(self, x: Array, sizes: Array, given: Given) -> Given:
-        """The numbers of a run with these parameters."""
+        """A copy of the numbers of a run with the parameters from the unknowns."""
         return dataclasses.replace(given, inputs=self.applied(x, sizes, given.inputs))
 
 
 def trimmed_leaves(model: Component, names: Sequence[str]) -> tuple[int, ...]:
     """The numbers of parameters by their paths.
 
-    Raises `ModelError` for what is no parameter of the model.
+    Raises `ModelError` for a name that is not a parameter of the model.
     """
     known = {leaf.path: (i, leaf) for i, leaf in enumerate(leaves_of(model))}
     return tuple(_parameter(model, name, known) for name in dict.fromkeys(names))
@@ -95,16 +95,14 @@ def trimmed_leaves(model: Component, names: Sequence[str]) -> tuple[int, ...]:
 def _parameter(model: Component, name: str, known: dict[str, tuple[int, Leaf]]) -> int:
     if name not in known:
         if _is_static(model, name):
-            raise ModelError(f"solve_for: {name} is part of the structure of the model, which a search cannot change.")
+            raise ModelError(f"solve_for: {name} belongs to the structure of the model, which a search cannot change.")
         names = [path for path, (_, leaf) in known.items() if leaf.declaration.role == "param"]
         raise ModelError(f"solve_for: the model has no parameter {name!r}.{suggestion(name, names)}")
     number, leaf = known[name]
     if leaf.declaration.is_variable:
-        raise ModelError(
-            f"solve_for: {name} is a variable, not a parameter. A start value that may move is named by free=[...]."
-        )
+        raise ModelError(f"solve_for: {name} is a variable, not a parameter. To free its start value, use free=[...].")
     if leaf.declaration.role != "param":
-        raise ModelError(f"solve_for: {name} is a discrete variable, which events set, not a parameter.")
+        raise ModelError(f"solve_for: {name} is a discrete variable set by events, not a parameter.")
     return number
 
 
