@@ -79,7 +79,7 @@ class Problem:
 
     @property
     def foreign(self) -> np.ndarray:
-        """Mask of the elements that are states of components without initial equations."""
+        """Mask of the elements that are states not owned by components with initial equations."""
         system, initial = self.system, self.system.initial_equations
         leaves = () if initial is None else initial.own()
         own = _tied(system, {pair for leaf in leaves for pair in _pairs_of(system, leaf)})

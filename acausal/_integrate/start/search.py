@@ -18,7 +18,7 @@ from ..._evaluate.roots import row_scale
 ITERATIONS = 200
 METHOD = optx.LevenbergMarquardt(rtol=1e-9, atol=1e-9)
 STAGES = 20  # steps of a homotopy
-# Rank tolerance: singular values below this fraction of the largest count as zero.
+# Rank tolerance: directions with singular values below this fraction of the largest are undetermined.
 RANK = 1e-9
 
 

@@ -20,7 +20,7 @@ from .start_search import search_start
 def started(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
-    """The leaves of a model with start values that satisfy its initial equations, and 0; or 1 if there are none.
+    """The leaves of a model with start values that satisfy its initial equations, and 1 if there are none, else 0.
 
     Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
     the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
