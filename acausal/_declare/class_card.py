@@ -1,5 +1,6 @@
 """Content of the documentation of a component class: its text, parameters, ports, variables and energy account."""
 
+import ast
 import dataclasses
 import functools as ft
 import inspect
@@ -157,8 +158,23 @@ def _meaning(cls: Any, name: str) -> str:
 
 @ft.cache
 def _source(cls: Any) -> str:
-    """The source of a class; empty if there is none, as in a frozen program."""
+    """The source of a class; empty if there is none, as in a frozen program.
+
+    A method leads to it where there is one: `inspect` finds the first class of that name in a file, and none in a
+    notebook.
+    """
+    found = [getattr(cls, name) for name in vars(cls) if not name.startswith("__")]
+    methods = [item for item in found if inspect.isfunction(item) and item.__qualname__.startswith(cls.__qualname__)]
     try:
-        return inspect.getsource(cls)
-    except (OSError, TypeError):
+        return _around(methods[0], cls.__name__) if methods else inspect.getsource(cls)
+    except (OSError, TypeError, SyntaxError):
         return ""
+
+
+def _around(method: Any, name: str) -> str:
+    """The source of the class of this name in which a method is written."""
+    lines, start = inspect.findsource(method)
+    for node in ast.walk(ast.parse("".join(lines))):
+        if isinstance(node, ast.ClassDef) and node.name == name and start in range(node.lineno, node.end_lineno or 0):
+            return "".join(lines[node.lineno - 1 : node.end_lineno])
+    return ""

@@ -28,13 +28,14 @@ def energy_terms(cls: Any) -> Iterator[tuple[str, str, str, str, str]]:
 
 
 def _stated(method: Any) -> dict[str, str]:
-    """The arguments of `Energy(...)` in the source of a method; none if another function computes them."""
+    """The arguments of `Energy(...)` in the source of a method; none if another function or a choice computes them."""
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(method)))
     except (OSError, TypeError, SyntaxError):
         return {}
     calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call) and ast.unparse(node.func) == "Energy"]
-    return {term.arg: _expression(term.value) for call in calls for term in call.keywords if term.arg}
+    terms = calls[0].keywords if len(calls) == 1 else []
+    return {term.arg: _expression(term.value) for term in terms if term.arg}
 
 
 def _expression(value: ast.expr) -> str:

@@ -8,6 +8,7 @@ from typing import Any, Self
 
 import pytest
 from IPython.core.formatters import HTMLFormatter
+from IPython.core.interactiveshell import InteractiveShell
 
 from acausal import Component, Energy, Equations, Param, Port, Record, Scalar, Var, eq, positive
 from components import blocks, electrical, hydraulic, rotational, thermal, translational
@@ -78,6 +79,67 @@ class _Leaky(Component):
     def energy(self) -> Energy:
         loss = self.g * self.v**2
         return Energy(dissipated=loss)
+
+
+class _Choice(Component):
+    d: Param[Scalar, "N.s/m"] = 1.0
+    is_hot: bool = False
+    v: Var[Scalar, "m/s"] = 0.0
+
+    def energy(self) -> Energy:
+        if self.is_hot:
+            return Energy(dissipated=2.0 * self.d * self.v**2)
+        return Energy(dissipated=self.d * self.v**2)
+
+
+def test_a_choice_of_accounts_is_left_to_the_method() -> None:
+    assert "Energy:\n    see the method `energy`" in (_Choice.__doc__ or "")
+
+
+def namesakes() -> tuple[type[Component], ...]:
+    """Two classes of one name."""
+
+    def first() -> type[Component]:
+        class Leak(Component):
+            g: Param[Scalar, "S"]  # conductance
+
+            def equations(self, d: Self) -> Equations:
+                return {}
+
+        return Leak
+
+    def second() -> type[Component]:
+        class Leak(Component):
+            g: Param[Scalar, "S"]  # slope of the current
+
+            def equations(self, d: Self) -> Equations:
+                return {}
+
+        return Leak
+
+    return first(), second()
+
+
+def test_namesakes_have_their_own_texts() -> None:
+    first, second = namesakes()
+    assert "conductance" in (first.__doc__ or "")
+    assert "slope of the current" in (second.__doc__ or "")
+
+
+CELL = """
+from acausal import Component, Param, Scalar, eq
+class Leak(Component):
+    g: Param[Scalar, "S"]  # {meaning}
+    def equations(self, d):
+        return dict()
+"""
+
+
+def test_a_class_in_a_notebook() -> None:
+    shell: Any = InteractiveShell()
+    for meaning in ("conductance", "slope"):
+        shell.run_cell(CELL.format(meaning=meaning))
+        assert shell.user_ns["Leak"].__doc__.splitlines()[1] == f"    g  S  {meaning}"
 
 
 def test_a_class_without_a_text() -> None:
