@@ -71,10 +71,10 @@ def _compiling_the_rest(program: Settings, given: Given) -> Iterator[None]:
     end = begun.given, carry.y, begun.bad_starts, carry._replace(history=None)
     rest = [(_Steps(program), (begun.given, carry)), (_End(program), end)]
     with ThreadPoolExecutor(len(rest)) as pool:
-        compiled = [pool.submit(program_for, *part) for part in rest]
+        with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
+            for part in rest:
+                pool.submit(program_for, *part)
         yield
-        for future in compiled:
-            future.result()
 
 
 def _share(given: Given, carry: Carry) -> float:

@@ -317,3 +317,23 @@ def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
     content = _program_files.read(file)
     assert content
     assert b"lapack_" in zlib.decompress(content)
+
+
+AT_THE_END = """
+import atexit
+from acausal import Component, Scalar, Var, eq, simulate
+class Decay(Component):
+    x: Var[Scalar, "1"] = 1.0
+    def equations(self, d):
+        return dict(decay=eq(d.x, -self.x, check_units=False))
+atexit.register(lambda: print(simulate(Decay(), 1.0, save="end").final.x))
+"""
+
+
+def test_a_first_run_while_the_interpreter_ends(tmp_path: Path) -> None:
+    """No thread starts any more to compile its programs."""
+    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path)}
+    environment.pop("JAX_COMPILATION_CACHE_DIR", None)
+    done = subprocess.run([sys.executable, "-c", AT_THE_END], env=environment, capture_output=True, text=True)
+    assert done.stdout.startswith("0.3678"), done.stderr
+    assert len(list(tmp_path.glob("*-program"))) >= 3
