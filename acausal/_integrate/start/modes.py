@@ -143,7 +143,7 @@ def _size(point: _Point) -> Array:
 
 def _modes(events: RunEvents, end: _Round, discrete: Array) -> Modes:
     truths = end.kept.truths
-    happen, holds = end.late & jnp.any(end.fired), truths & events.responds
+    happen, holds = end.late & jnp.any(end.fired), truths & events.responds & ~events.held
     return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
 
 
