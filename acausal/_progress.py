@@ -42,7 +42,7 @@ class Subject:
 
 
 @dataclasses.dataclass
-class Work:
+class Compilation:
     """State of the compilation in one thread: depth of nested programs, start time and purpose."""
 
     depth: int = 0
@@ -116,7 +116,7 @@ class Work:
 
 class _Threads(threading.local):
     def __init__(self) -> None:
-        self.work = Work()
+        self.work = Compilation()
 
 
 _here = _Threads()

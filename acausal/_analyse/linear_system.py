@@ -13,7 +13,7 @@ from .._extras import Axes, Panels
 from . import realisation, responses
 from .margins import Margins, margins
 from .modes import Modes, Shares, modes_of, poles_of
-from .point import Point
+from .point import OperatingPoint
 from .storage import energy_shares
 from .zeros import TransferFunction, dc_gain, transfer_function, transmission_zeros
 
@@ -37,7 +37,7 @@ class LinearSystem(eqx.Module):
     C: Float[Array, "p n"]
     D: Float[Array, "p m"]
     rates: Float[Array, " n"]
-    _point: Point | None
+    _point: OperatingPoint | None
     _basis: Float[Array, "all n"] | None  # dy = basis dx, if some of the system's states y are redundant
     states: tuple[str, ...] = eqx.field(static=True)
     inputs: tuple[str, ...] = eqx.field(static=True)

@@ -18,12 +18,12 @@ from .._numbers import Numbers
 from .._progress import compiling
 from .linear_system import LinearSystem
 from .opened import continued, opened
-from .point import Point, invariants_at, operating_point
+from .point import OperatingPoint, invariants_at, operating_point
 from .redundant import reduced
 from .sampled import warn_of_samples
 from .signals import (
+    Element,
     Output,
-    Place,
     Signals,
     input_places,
     input_signals,
@@ -140,7 +140,9 @@ def _linearised_open(
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
-def _matrices(places: tuple[Place, ...], quantity: UserFunction, constants: list[Numbers], point: Point) -> Any:
+def _matrices(
+    places: tuple[Element, ...], quantity: UserFunction, constants: list[Numbers], point: OperatingPoint
+) -> Any:
     """dx/dt at the point, and A, B, C and D."""
     n, u = point.y.shape[0], input_values(point.params, places)
 

@@ -12,7 +12,7 @@ from .._declare.component import Component, Connection, Connections, eq
 from .._declare.node import Port, derived, leaves_of
 from .._errors import ModelError
 from .._evaluate.building import system_of
-from .point import Point
+from .point import OperatingPoint
 
 FIELD = "_opened_"
 
@@ -34,7 +34,7 @@ def opened(model: Component, ports: Sequence[str]) -> tuple[Component, list[Brea
     return model, breaks
 
 
-def continued(model: Component, point: Point, breaks: Sequence[Break]) -> tuple[Component, Component]:
+def continued(model: Component, point: OperatingPoint, breaks: Sequence[Break]) -> tuple[Component, Component]:
     """The opened model, whose new parameters have the values of the signals at a point of the closed model, and a view
     of the opened model at that point.
     """

@@ -32,7 +32,7 @@ from .._tracing import is_traced
 ITERATIONS = 20  # Gauss-Newton iterations for states that a view does not contain
 
 
-class Point(eqx.Module):
+class OperatingPoint(eqx.Module):
     """Time, state vector and parameters of a model."""
 
     t: Array
@@ -57,14 +57,14 @@ class Point(eqx.Module):
         return [values[leaf] if leaf in values else params.leaves[leaf] for leaf in leaves]
 
 
-def invariants_at(point: Point) -> Callable[[Array], Array] | None:
+def invariants_at(point: OperatingPoint) -> Callable[[Array], Array] | None:
     """The invariants as a function of the state vector, if there are more states than degrees of freedom."""
     if not point.system.ordered.invariants:
         return None
     return lambda y: missed_invariants(point.system, point.t, y, point.inputs())
 
 
-def operating_point(model: Component, system: System, at: object, t: object) -> Point:
+def operating_point(model: Component, system: System, at: object, t: object) -> OperatingPoint:
     """The operating point for the arguments of `linearise`."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
@@ -88,14 +88,14 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
         if system.events is not None:
             params = params.changed(system.events.truths_of([jnp.asarray(leaf, float) for leaf in seen]))
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.intake.given(leaves)
-    point = Point(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
+    point = OperatingPoint(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
     y = _state(point, at)
     y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
     point = dataclasses.replace(point, y=y)
     return point if system.events is None or isinstance(at, Component) else _after_events(point, at)
 
 
-def _after_events(point: Point, at: object) -> Point:
+def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
     """The point in the modes that it implies; for start values, after the events at the start."""
     y, params, outcome, holds = _started(point)
     if not is_traced(outcome) and outcome != 0:
@@ -106,7 +106,7 @@ def _after_events(point: Point, at: object) -> Point:
 
 
 @jax.jit
-def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
+def _started(point: OperatingPoint) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, the outcome of the start, and the true conditions."""
     system, inputs = point.system, point.inputs()
     start = start_of(system, point.t, point.y, inputs, point.past, is_started=point.is_started)
@@ -114,7 +114,7 @@ def _started(point: Point) -> tuple[Any, ModelParameters, Any, Any]:
     return start.states, point.params.changed(held), start.outcome, start.holds
 
 
-def _state(point: Point, at: Any) -> Array:
+def _state(point: OperatingPoint, at: Any) -> Array:
     system = point.system
     if at is None:
         return _start(point)
@@ -148,7 +148,7 @@ def _check_one_instant(system: System, view: PyTree) -> None:
             )
 
 
-def _start(point: Point) -> Array:
+def _start(point: OperatingPoint) -> Array:
     """The consistent start values. Contradictory ones give NaN, or an error if the numbers are known."""
     y, bad = _initial_state(point)
     if not is_traced(bad) and np.any(bad):
@@ -161,7 +161,7 @@ def _start(point: Point) -> Array:
 
 
 @jax.jit
-def _initial_state(point: Point) -> tuple[Array, Array]:
+def _initial_state(point: OperatingPoint) -> tuple[Array, Array]:
     return initial_state(point.system, point.t, point.inputs())
 
 
@@ -179,7 +179,7 @@ def _value_of_node(system: System, leaves: Sequence[Array], node: int) -> Array:
     return whole.reshape(leaf.count, -1)[node - leaf.first]
 
 
-def _state_of_view(point: Point, view: PyTree) -> Array:
+def _state_of_view(point: OperatingPoint, view: PyTree) -> Array:
     """The states from the leaves of a view; a state that is a derivative follows from other variables."""
     system = point.system
     leaves, _ = complete_leaves(view)
@@ -194,7 +194,7 @@ def _state_of_view(point: Point, view: PyTree) -> Array:
 
 
 @ft.partial(jax.jit, static_argnums=3)
-def _completed(point: Point, leaves: Sequence[Array], y: Array, elements: tuple[int, ...]) -> Array:
+def _completed(point: OperatingPoint, leaves: Sequence[Array], y: Array, elements: tuple[int, ...]) -> Array:
     """The state whose `elements` reproduce all variables of a view, by the Gauss-Newton method."""
     system, hidden = point.system, np.array(elements)
     wanted = system.flat.variable_leaves

@@ -14,7 +14,7 @@ from .._tracing import is_traced
 RANK = 1e-10  # relative size of pivots that count as zero
 
 
-class Reduced(NamedTuple):
+class IndependentSystem(NamedTuple):
     """A system in independent states; `basis` maps them to all: dy = basis dz."""
 
     A: Float[Array, "k k"]
@@ -24,7 +24,7 @@ class Reduced(NamedTuple):
     independent: np.ndarray  # indices of the independent states, ascending
 
 
-def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None) -> Reduced:
+def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None) -> IndependentSystem:
     """Eliminate the states that the invariants g(y) = 0 determine, with G = dg/dy.
 
     A system dy/dt = f(y, u) with invariants g(y) = 0 has spurious eigenvalues, those of motions off the invariants.
@@ -44,7 +44,7 @@ def reduced(A: Any, B: Any, C: Any, G: Any, sizes: Any, independent: Any = None)
     basis = jnp.zeros((G.shape[1], len(independent)))
     basis = basis.at[independent, np.arange(len(independent))].set(1.0).at[dependent].set(tied)
     basis = sizes[:, None] * basis / sizes[independent]
-    return Reduced(A[independent] @ basis, B[independent], C @ basis, basis, independent)
+    return IndependentSystem(A[independent] @ basis, B[independent], C @ basis, basis, independent)
 
 
 def _independent(G: Any) -> np.ndarray:

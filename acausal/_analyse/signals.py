@@ -20,7 +20,7 @@ from .._reduce.flat_model import FlatLeaf
 Output = str | Callable[[Any], Any]
 
 
-class Place(NamedTuple):
+class Element(NamedTuple):
     """A scalar in a leaf of the model: element `position` of the flat leaf number `leaf`."""
 
     leaf: int
@@ -35,10 +35,10 @@ class Signals:
     units: tuple[str, ...]
 
 
-def input_places(system: System, names: Iterable[str]) -> list[Place]:
+def input_places(system: System, names: Iterable[str]) -> list[Element]:
     """The positions of scalar parameters, by path."""
     places = {
-        leaf.name(i): Place(number, i)
+        leaf.name(i): Element(number, i)
         for number, leaf in enumerate(system.flat.own_leaves)
         for i in range(leaf.count)
         if leaf.declaration.role == "param"
@@ -70,20 +70,20 @@ def _unknown(system: System, name: object, role: str, kind: str, known: Iterable
     return f"The model has no {kind} {name!r}.{suggestion(name, known)}"
 
 
-def _parameters_with_rate(system: System) -> dict[Place, str]:
+def _parameters_with_rate(system: System) -> dict[Element, str]:
     """Parameters in equations that were differentiated, with the names of those equations."""
     table, counts = system.reduced.incidence, system.reduced.differentiations
-    found: dict[Place, str] = {}
+    found: dict[Element, str] = {}
     for row in np.flatnonzero(counts).tolist():
         family, inside = table.place(row)
         for item in family.template.inputs:
             if item.source == "param" and family.instances is not None:
                 entry, index = family.instances.place(int(family.members[inside]))
-                found[Place(family.instances.first_leaf[entry] + item.slot, index)] = table.row_name(row)
+                found[Element(family.instances.first_leaf[entry] + item.slot, index)] = table.row_name(row)
     return found
 
 
-def with_inputs(params: ModelParameters, places: Sequence[Place], u: Array) -> ModelParameters:
+def with_inputs(params: ModelParameters, places: Sequence[Element], u: Array) -> ModelParameters:
     """Parameters with the numbers `u` as inputs."""
     leaves = dict(params.leaves)
     for i, (leaf, index) in enumerate(places):
@@ -92,12 +92,12 @@ def with_inputs(params: ModelParameters, places: Sequence[Place], u: Array) -> M
     return params.changed(leaves)
 
 
-def input_values(params: ModelParameters, places: Sequence[Place]) -> Array:
+def input_values(params: ModelParameters, places: Sequence[Element]) -> Array:
     values = [jnp.reshape(params.leaves[leaf], (-1,))[index] for leaf, index in places]
     return jnp.stack(values) if values else jnp.zeros(0)
 
 
-def input_signals(system: System, places: Sequence[Place]) -> Signals:
+def input_signals(system: System, places: Sequence[Element]) -> Signals:
     leaves = [system.flat.leaves[place.leaf] for place in places]
     names = tuple(leaf.name(place.position) for leaf, place in zip(leaves, places, strict=True))
     return Signals(names, tuple(leaf.declaration.unit for leaf in leaves))

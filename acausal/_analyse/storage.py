@@ -11,13 +11,13 @@ from .._integrate.results.energy import stored
 from .._integrate.setup.user_function import UserFunction, trace
 from .._reduce.jaxpr import slice_output
 from .modes import Shares
-from .point import Point, invariants_at
+from .point import OperatingPoint, invariants_at
 from .redundant import curvature
 
 NOTHING = 1e-22  # share of the energy of other modes that counts as rounding
 
 
-def energy_shares(point: Point, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:
+def energy_shares(point: OperatingPoint, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:
     """The share of each component with stored energy in each mode; `shapes` are directions of all states.
 
     With a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
@@ -40,7 +40,7 @@ def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
 
 @ft.partial(jax.jit, static_argnums=(0, 1))
 def _second_variations(
-    quantity: UserFunction, independent: tuple[int, ...], constants: list[Array], point: Point, v: Array
+    quantity: UserFunction, independent: tuple[int, ...], constants: list[Array], point: OperatingPoint, v: Array
 ) -> Array:
     """v^H H v for each output of `quantity` (down) and each column of `v` (across), along the invariants."""
     invariants = invariants_at(point)

@@ -23,7 +23,7 @@ from .program import Program, Use
 MANY_RUNS = 64  # number of contiguous pieces above which values are gathered by index
 
 
-class Place(NamedTuple):
+class Slot(NamedTuple):
     """The position of a value: `start` within a flat segment."""
 
     segment: int
@@ -45,10 +45,10 @@ class Plan:
         ranges: Mapping[Pair, Ranges] | None = None,
     ) -> None:
         self.shapes = shapes
-        self.places: dict[Pair, Place] = {}
+        self.places: dict[Pair, Slot] = {}
         self.starts = np.concatenate([[0], np.cumsum([self.size(v) for v, _ in states])]).astype(int)
         for pair, start in zip(states, self.starts.tolist(), strict=False):
-            self.places[pair] = Place(0, start)
+            self.places[pair] = Slot(0, start)
         self._bounded: dict[Ranges, np.ndarray] = {}  # the elements of states with these ranges
         for pair, own in ranges.items() if ranges else ():
             mask = self._bounded.setdefault(own, np.zeros(int(self.starts[-1]), bool))
@@ -92,7 +92,7 @@ class Plan:
         for i, shape in enumerate(uses[0].program.shapes):
             size = math.prod(shape)
             for member, use in enumerate(uses):
-                self.places[use.gives[i]] = Place(len(self._sizes), member * size)
+                self.places[use.gives[i]] = Slot(len(self._sizes), member * size)
             self._sizes.append(size * len(uses))
 
     def read(self, pairs: Sequence[Pair]) -> Read:

@@ -18,13 +18,13 @@ from .._errors import ModelError
 from .._evaluate.building import system_of
 from .._reduce.connections import children
 from .._reduce.flatten import flatten
-from .bond_graph import Bond, Place
+from .bond_graph import Bond, BondNode
 from .bond_laws import is_lossless, weighted
 from .bond_simplify import simplified
 from .diagram import _joined_ports
 
 
-def built(model: Component, at: Any) -> tuple[list[Place], list[Bond]]:
+def built(model: Component, at: Any) -> tuple[list[BondNode], list[Bond]]:
     """Places and bonds of a model at a point, simplified."""
     whole = _at_point(model, at)
     parts = dict(_parts(whole, ""))
@@ -64,12 +64,12 @@ class _Builder:
     """Places and bonds of a graph under construction."""
 
     def __init__(self) -> None:
-        self.places: list[Place] = []
+        self.places: list[BondNode] = []
         self.bonds: list[Bond] = []
         self.nodes: dict[str, int] = {}  # junction of each port by path
 
     def place(self, kind: str, name: str = "", value: float | None = None, domain: str = "") -> int:
-        self.places.append(Place(kind, name, value, domain))
+        self.places.append(BondNode(kind, name, value, domain))
         return len(self.places) - 1
 
     def bond(self, tail: int, head: int, domain: str) -> None:

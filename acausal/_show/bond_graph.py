@@ -17,7 +17,7 @@ from .bond_causality import causality
 RANK = 1e-11  # relative size of a singular value that counts as zero
 
 
-class Place(NamedTuple):
+class BondNode(NamedTuple):
     """A node of a bond graph.
 
     `kind`: "0" (one effort, flows add up to zero), "1" (one flow, efforts add up to zero), "I", "C", "R", "Se" and "Sf"
@@ -50,7 +50,7 @@ class BondGraph:
     """
 
     name: str
-    places: tuple[Place, ...]
+    places: tuple[BondNode, ...]
     bonds: tuple[Bond, ...]
     strokes: tuple[int, ...]
     derivative: tuple[str, ...]
@@ -75,7 +75,7 @@ class BondGraph:
         return {f"{self.places[i].kind} {self.places[i].name}": shares[k] for k, (i, _, _) in enumerate(stores)}
 
     def _stores(self) -> list[tuple[int, int, float]]:
-        """Place, bond and value of each I and C."""
+        """Node, bond and value of each I and C."""
         found = []
         for number, place in enumerate(self.places):
             if place.kind in ("I", "C"):
@@ -118,7 +118,7 @@ class BondGraph:
                     matrix[i, j] += value
         return _finite(A, E, len(stores))
 
-    def _laws(self, number: int, place: Place, effort: Any, flow: Any) -> Iterator[dict[int, float]]:
+    def _laws(self, number: int, place: BondNode, effort: Any, flow: Any) -> Iterator[dict[int, float]]:
         bonds = self.at(number)
         signs = [1.0 if self.bonds[i].head == number else -1.0 for i in bonds]
         value = place.value if place.value is not None else 0.0

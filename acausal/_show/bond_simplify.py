@@ -2,10 +2,10 @@
 
 from collections.abc import Sequence
 
-from .bond_graph import Bond, Place
+from .bond_graph import Bond, BondNode
 
 
-def simplified(places: Sequence[Place], bonds: Sequence[Bond]) -> tuple[list[Place], list[Bond]]:
+def simplified(places: Sequence[BondNode], bonds: Sequence[Bond]) -> tuple[list[BondNode], list[Bond]]:
     """The remaining places and bonds, renumbered."""
     graph = _Graph(list(places), list(bonds))
     while graph.without_zero() or graph.without_end() or graph.without_passage() or graph.without_twin():
@@ -21,14 +21,14 @@ def simplified(places: Sequence[Place], bonds: Sequence[Bond]) -> tuple[list[Pla
 class _Graph:
     """Places, which are never removed, and bonds, which are."""
 
-    def __init__(self, places: list[Place], bonds: list[Bond]) -> None:
+    def __init__(self, places: list[BondNode], bonds: list[Bond]) -> None:
         self.places, self.bonds = places, bonds
 
     def around(self, place: int) -> list[Bond]:
         return [bond for bond in self.bonds if place in (bond.tail, bond.head)]
 
     def _zero(self, kind: str, at: int, domain: str) -> None:
-        self.places.append(Place(kind, "", 0.0, domain))
+        self.places.append(BondNode(kind, "", 0.0, domain))
         self.bonds.append(Bond(len(self.places) - 1, at, domain))
 
     def without_zero(self) -> bool:

@@ -11,7 +11,7 @@ from test_diagram import Chain
 
 from acausal import BondGraph, Component, Connections, ModelError, bond_graph, connect, linearise, repeat, replace
 from acausal._show.bond_causality import causality
-from acausal._show.bond_graph import Bond, Place
+from acausal._show.bond_graph import Bond, BondNode
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 from components.rotational import Cam, EccentricDisc, Inertia, SpringDamper
 from components.translational import Fixed, Mass, Spring
@@ -120,7 +120,7 @@ def test_what_is_refused() -> None:
     chain = Chain(inertias=repeat(Inertia(J=1.0), 3), springs=repeat(SpringDamper(c=1.0, d=0.1), 2))
     with pytest.raises(ModelError, match="inertias is an array of components"):
         bond_graph(chain)
-    places = [Place("0"), Place("Se", "one"), Place("Se", "two")]
+    places = [BondNode("0"), BondNode("Se", "one"), BondNode("Se", "two")]
     with pytest.raises(ModelError, match="one, two"):
         causality(places, [Bond(1, 0, ""), Bond(2, 0, "")])
 
