@@ -12,7 +12,9 @@ They identify these primitives by name and parameters:
 - composite primitives, with the parameters that `spelled_out` and `high_level` read
 
 `trace_context` returns the settings, including those of context managers, that make `jax.jit` trace again.
-`backends_are_initialized` tells whether jax has compiled anything yet; XLA reads no flags after that.
+`backends_are_initialized` tells whether jax has compiled anything yet; XLA reads no flags after that. `options` are all
+settings of jax, and `serialized` and `deserialized` keep a compiled program for another process. For neither is there
+anything public.
 """
 
 from collections.abc import Callable
@@ -37,6 +39,27 @@ from jax.extend.core import primitives as _primitives
 Atom: TypeAlias = Var | Literal  # an input of an equation of a jaxpr
 # For `inline` of `jax.jit`: inline while tracing. Since jax 0.12, True inlines only while compiling.
 INLINE: Any = getattr(getattr(jax, "Inline", None), "JAX_EARLY", True)
+
+
+def options() -> dict[str, Any]:
+    """The settings of jax by name, outside of context managers."""
+    return dict(jax.config.values)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def serialized(program: Any) -> tuple[bytes, int]:
+    """A compiled program of flat inputs and outputs, and the number of its outputs."""
+    from jax.experimental import serialize_executable
+
+    payload, _, outputs = serialize_executable.serialize(program)
+    return payload, outputs.num_leaves
+
+
+def deserialized(payload: bytes, n_inputs: int, n_outputs: int) -> Any:
+    """The program that `serialized` kept; it returns a list."""
+    from jax.experimental import serialize_executable
+
+    takes, gives = jax.tree.structure((tuple(range(n_inputs)), {})), jax.tree.structure(list(range(n_outputs)))
+    return serialize_executable.deserialize_and_load(payload, takes, gives)
 
 
 def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:

@@ -22,14 +22,18 @@ from acausal._jax_private import (
     Literal,
     Tracer,
     Var,
+    deserialized,
     jaxpr_as_fun,
+    options,
     scan_counts,
+    serialized,
 )
 from acausal._reduce.jaxpr import bind, called, differentiable_call, interpreted
 
 FOLDER = Path(acausal.__file__).parent
 PRIVATE = re.compile(
-    r"\b(?:jax|equinox|eqx|diffrax|optimistix|lineax|jaxtyping)\.(?:_\w+|internal|extend|core|interpreters|api_util)\b"
+    r"\b(?:jax|equinox|eqx|diffrax|optimistix|lineax|jaxtyping)"
+    r"\.(?:_\w+|internal|extend|core|interpreters|api_util|experimental|config\.values)\b"
 )
 HOMES = {"_jax_private.py", "_equinox_private.py"}
 
@@ -41,9 +45,19 @@ def test_other_modules_use_public_interfaces() -> None:
         file.name
         for file in files
         for line in file.read_text().splitlines()
-        if PRIVATE.search(line) and re.match(r"\s*(from|import) ", line)
+        if PRIVATE.search(line) and (re.match(r"\s*(from|import) ", line) or "config.values" in line)
     }
     assert found == HOMES
+
+
+def test_a_compiled_program_is_kept() -> None:
+    program = jax.jit(lambda x, y: [x + y, x * y]).lower(2.0, 3.0).compile()
+    payload, n = serialized(program)
+    assert [float(value) for value in deserialized(payload, 2, n)(2.0, 3.0)] == [5.0, 6.0]
+
+
+def test_settings_by_name() -> None:
+    assert options()["jax_enable_x64"] is True
 
 
 def test_programs_can_be_cut_and_reassembled() -> None:

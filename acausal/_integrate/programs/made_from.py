@@ -20,6 +20,7 @@ from jax.tree_util import PyTreeDef
 
 from ..._evaluate.system import System
 from ..._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
+from ..._jax_private import options
 from ..._jax_settings import programs
 from ..._reduce.required import required
 from ..._reduce.stated import initial_templates, templates
@@ -32,8 +33,8 @@ def key_of(made_from: list[object], structure: PyTreeDef, kinds: tuple[tuple[tup
     if os.environ.get("XLA_FLAGS") != programs.flags:
         raise NoFingerprintError("XLA_FLAGS changed after the import")
     shapes = [str(kind) for kind in kinds]
-    options = [(k, str(value)) for k, value in jax.config.values.items() if "cache" not in k and "log" not in k]
-    return fingerprint((machine(), options, programs.flags, str(structure), shapes, made_from))
+    settings = [(k, str(value)) for k, value in options().items() if "cache" not in k and "log" not in k]
+    return fingerprint((machine(), settings, programs.flags, str(structure), shapes, made_from))
 
 
 @ft.cache

@@ -23,7 +23,7 @@ from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._jax_private import trace_context
+from ..._jax_private import deserialized, serialized, trace_context
 from ..._jax_settings import programs
 from ..._tracing import is_traced, within_transformation
 from .made_from import is_as_imported, key_of
@@ -165,16 +165,11 @@ def _loads() -> Any:
 
 
 def _store(file: Path, whole: bytes, call: Any, needs_lapack: bool) -> None:
-    from jax.experimental import serialize_executable
-
-    payload, _, outputs = serialize_executable.serialize(call)
-    files.write(file, zlib.compress(pickle.dumps((payload, outputs.num_leaves, whole, needs_lapack)), 1))
+    files.write(file, zlib.compress(pickle.dumps((*serialized(call), whole, needs_lapack)), 1))
 
 
 def _loaded(file: Path, function: Storable, n: int) -> Program | None:
     """The program in a file; None if the file does not exist or cannot be read."""
-    from jax.experimental import serialize_executable
-
     content = files.read(file)
     if content is None:
         return None
@@ -182,8 +177,7 @@ def _loaded(file: Path, function: Storable, n: int) -> Program | None:
         payload, n_outputs, pickled, needs_lapack = pickle.loads(zlib.decompress(content))
         if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
             jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
-        takes, gives = jax.tree.structure((tuple(range(n)), {})), jax.tree.structure(list(range(n_outputs)))
-        call = serialize_executable.deserialize_and_load(payload, takes, gives)
+        call = deserialized(payload, n, n_outputs)
         whole = jax.tree.structure(_Reader(io.BytesIO(pickled), function).load())
     except Exception:  # an unreadable file is written again
         return None
