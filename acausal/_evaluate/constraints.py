@@ -17,7 +17,7 @@ from .._reduce.incidence import Pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals
-from .groups import Group, Store, over_members
+from .groups import Group, Segments, over_members
 from .implicit import Function, Inverse, nearest, refined
 from .packing import ModelParameters
 from .plan import Plan
@@ -64,7 +64,7 @@ class Constraints:
 
     def residuals(self, x: Float[Array, " elements"], t: Numbers, params: ModelParameters) -> Array:
         """All g(x), in the order of `names`."""
-        store = Store(t, {0: x})
+        store = Segments(t, {0: x})
         parts = [
             jnp.ravel(_of_members(group, store, params, lambda g, values, args: g(values, args)))
             for group in self.groups
@@ -83,10 +83,10 @@ class Constraints:
         x, t, weight, params = jax.tree_util.tree_map(jnp.asarray, (x, t, weight, params))
         for group in self.groups:
             solve = back if not far else found_at_once if _is_linear(group.program) else find
-            x = self._moved(group, Store(t, {0: x}), weight, params, solve)
+            x = self._moved(group, Segments(t, {0: x}), weight, params, solve)
         return x
 
-    def _moved(self, group: Group, store: Store, weight: Numbers, params: ModelParameters, solve: Solve) -> Array:
+    def _moved(self, group: Group, store: Segments, weight: Numbers, params: ModelParameters, solve: Solve) -> Array:
         index = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
 
         def one(g: Function, values: Array, args: PyTree, weight: Array, sizes: Array) -> Array:
@@ -195,7 +195,7 @@ def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse)
 
 
 def _of_members(
-    group: Group, store: Store, params: ModelParameters, function: Callable[..., Array], *extra: Array
+    group: Group, store: Segments, params: ModelParameters, function: Callable[..., Array], *extra: Array
 ) -> Array:
     """Map `function(g, values, args, *extra)` over the connected sets of a group, where g(values, args) = 0 are the
     constraints of a set; values are flat.

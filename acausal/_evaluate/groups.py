@@ -45,7 +45,7 @@ class Group:
         return len(self.uses) > UNROLLED
 
 
-class Store:
+class Segments:
     """The segments computed so far; segment 0 is the state vector."""
 
     def __init__(self, time: Numbers, segments: dict[int, Value]) -> None:
@@ -94,35 +94,39 @@ def guesses_of(group: Group, guess: Guess) -> list[Array]:
     return [guess([use.gives[i] for use in group.uses]) for i in range(first, len(group.program.shapes))]
 
 
-def outputs(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
+def outputs(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     """The outputs of a group, one segment for each unknown of its program."""
     return (_run_mapped if group.is_mapped else _run_single)(group, store, params, starts)
 
 
-def _run_single(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
+def _run_single(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     return run(group.program, _known(group, store, params), [stacked[0] for stacked in starts])
 
 
-def _known(group: Group, store: Store, params: ModelParameters) -> Known:
+def _known(group: Group, store: Segments, params: ModelParameters) -> Known:
     """The inputs of the program of a group with one member."""
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
     return Known(own, [store.single(read) for read in group.reads], store.time)
 
 
-def _run_mapped(group: Group, store: Store, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
+def _run_mapped(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     def one(known: Known, guesses: list[Array]) -> list[Array]:
         return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
 
     return over_members(group, store, params, one, starts)
 
 
-def group_residuals(group: Group, store: Store, params: ModelParameters) -> list[Array]:
+def group_residuals(group: Group, store: Segments, params: ModelParameters) -> list[Array]:
     """The residuals of a group without unknowns, stacked over its members."""
     return over_members(group, store, params, lambda known, _: residuals(group.program, known), [])
 
 
 def over_members(
-    group: Group, store: Store, params: ModelParameters, function: Callable[[Known, list[Array]], T], extra: list[Array]
+    group: Group,
+    store: Segments,
+    params: ModelParameters,
+    function: Callable[[Known, list[Array]], T],
+    extra: list[Array],
 ) -> T:
     """Map a function of the inputs of a program, and of extra stacked values, over the members of a group."""
     if len(group.uses) == 1:

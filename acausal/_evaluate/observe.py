@@ -11,7 +11,7 @@ from .._errors import ModelError
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .affine import computed, times
-from .groups import Store
+from .groups import Segments
 from .starts import Inputs
 from .system import System
 
@@ -65,12 +65,14 @@ def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
     return [system.pair_of_node(flat_leaf.first + i) for i in range(flat_leaf.count)]
 
 
-def leaf_value(system: System, store: Store, leaf: int, t: Numbers) -> Numbers:
+def leaf_value(system: System, store: Segments, leaf: int, t: Numbers) -> Numbers:
     """The value of a variable leaf, from the values computed at a point."""
     return _stacked(system, store, leaf, _pairs(system, leaf), t)
 
 
-def _stacked(system: System, store: Store, leaf: int, pairs: list[tuple[Pair | None, int]], time: Numbers) -> Numbers:
+def _stacked(
+    system: System, store: Segments, leaf: int, pairs: list[tuple[Pair | None, int]], time: Numbers
+) -> Numbers:
     """The values of the pairs of a leaf; a pair of the time has the value `time`."""
     flat_leaf = system.flat.leaves[leaf]
     known = [pair for pair, _ in pairs if pair is not None]

@@ -15,7 +15,7 @@ from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, within
 from .affine import Value
-from .groups import UNROLLED, Group, Guess, Read, Store, guesses_of, outputs
+from .groups import UNROLLED, Group, Guess, Read, Segments, guesses_of, outputs
 from .once import once
 from .packing import ModelParameters
 from .program import Program, Use
@@ -137,7 +137,7 @@ class Plan:
         guess: Guess,
         wanted: Iterable[Pair],
         also: Iterable[int] = (),
-    ) -> Store:
+    ) -> Segments:
         """Compute the wanted pairs, and further segments, from states `y`, time and parameters.
 
         `guess(pairs)` gives initial guesses of the tearing variables of nonlinear blocks: for each of them one or
@@ -146,7 +146,7 @@ class Plan:
         groups = self.needed([*also, *(self.places[pair].segment for pair in wanted)])
         guesses = [guesses_of(group, guess) for group in groups]
         chosen = tuple(group.first_segment for group in groups)
-        return Store(time, _segments(self, chosen, y, time, params, guesses))
+        return Segments(time, _segments(self, chosen, y, time, params, guesses))
 
     def within_ranges(self, y: Array) -> Array:
         """The states, NaN outside their ranges."""
@@ -154,7 +154,7 @@ class Plan:
             y = jnp.where(is_own, within(y, ranges), y)
         return y
 
-    def collect(self, store: Store, pairs: Sequence[Pair]) -> Array:
+    def collect(self, store: Segments, pairs: Sequence[Pair]) -> Array:
         """The values of pairs as one flat vector, contiguous ones copied together."""
         runs: list[list[int]] = []
         for pair in pairs:
@@ -169,7 +169,7 @@ class Plan:
         parts = [store.flat(segment)[start:stop] for segment, start, stop in runs]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
-    def _gathered(self, store: Store, pairs: Sequence[Pair]) -> Array:
+    def _gathered(self, store: Segments, pairs: Sequence[Pair]) -> Array:
         segments = sorted({self.places[pair].segment for pair in pairs})
         offset = dict(zip(segments, np.cumsum([0, *(self._sizes[s] for s in segments)]).tolist(), strict=False))
         starts = [offset[self.places[pair].segment] + self.places[pair].start for pair in pairs]
@@ -190,7 +190,7 @@ def _segments(
     groups = {group.first_segment: group for group in plan.groups}
 
     def segments() -> dict[int, Value]:
-        store = Store(time, {0: plan.within_ranges(y)})
+        store = Segments(time, {0: plan.within_ranges(y)})
         for first, starts in zip(chosen, guesses, strict=True):
             group = groups[first]
             for i, value in enumerate(outputs(group, store, params, starts)):

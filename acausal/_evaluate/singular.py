@@ -10,7 +10,7 @@ from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .affine import Value
 from .blocks import tear_matrix
-from .groups import Group, Store, over_members
+from .groups import Group, Segments, over_members
 from .once import once
 from .packing import ModelParameters, SlotValues
 from .starts import Inputs
@@ -21,7 +21,7 @@ GROWTH = 1e7  # growth of a determinant by the perturbation above which it count
 GOLDEN = 0.5 * (5.0**0.5 - 1.0)
 
 
-def singular_blocks(system: System, store: Store, inputs: Inputs) -> list[Array]:
+def singular_blocks(system: System, store: Segments, inputs: Inputs) -> list[Array]:
     """For each linear block, in the order of `linear_blocks`, whether it is singular up to rounding.
 
     If coefficients cancel, as in 0.3 - 0.1 * 3.0, a rounding error remains instead of zero, and no NaN appears. But the
@@ -32,7 +32,7 @@ def singular_blocks(system: System, store: Store, inputs: Inputs) -> list[Array]
     segments = {segment: store.segments[segment] for group in groups for segment in group.depends}
 
     def matrices(slots: dict[tuple[int, int], SlotValues], segments: dict[int, Value]) -> list[Array]:
-        params, values = ModelParameters(slots), Store(store.time, segments)
+        params, values = ModelParameters(slots), Segments(store.time, segments)
         return [
             over_members(group, values, params, lambda known, _, g=group: tear_matrix(g.program, known), [])
             for group in groups

@@ -23,7 +23,7 @@ from .carried import Carried
 from .constraints import Constraints, constraints_of
 from .event_set import EventSet
 from .events import events_of, time_leaves
-from .groups import Group, Guess, Store, group_residuals
+from .groups import Group, Guess, Segments, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
 from .instants import EquationInstants, equation_instants
 from .intake import Intake
@@ -191,7 +191,7 @@ class System:
 
     def vector_field_and_store(
         self, t: Numbers, y: Array, inputs: Inputs, wanted: Sequence[Pair], *, watch: bool = False
-    ) -> tuple[Float[Array, " n"], Store]:
+    ) -> tuple[Float[Array, " n"], Segments]:
         """The vector field, and the values computed for it and for further pairs.
 
         It is NaN if a variable that it depends on leaves its range; with `watch`, if any variable does.
@@ -215,7 +215,7 @@ class System:
         also: Iterable[int] = (),
         *,
         anew: Truth = False,
-    ) -> Store:
+    ) -> Segments:
         """Compute the wanted pairs, and further segments.
 
         After the states, `y` may hold the `carried` values; iterations then start from the memory in it. If they fail
@@ -233,7 +233,7 @@ class System:
             return last
         return lambda pairs: jnp.concatenate([last(pairs), jnp.where(anew, first(pairs), last(pairs))], axis=1)
 
-    def evaluate_all(self, t: Numbers, y: Array, inputs: Inputs) -> Store:
+    def evaluate_all(self, t: Numbers, y: Array, inputs: Inputs) -> Segments:
         """All unknowns at a point, including outputs that no state depends on."""
         return self.evaluate(t, y, inputs, list(self.plan.places))
 

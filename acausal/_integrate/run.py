@@ -14,7 +14,7 @@ from jaxtyping import PyTree
 from .._evaluate.initial import initial_state
 from .events.run_events import RunEvents
 from .loop.carry import Carry
-from .loop.loop import Run
+from .loop.loop import StepLoop
 from .loop.not_finite import first_saved_not_finite
 from .loop.starting import begin
 from .results.ending import Integrated, Kept, ended, solution_of, with_saved
@@ -23,7 +23,7 @@ from .results.unresolved import are_blurred
 from .setup.field import Given
 from .setup.options import harmless, unmet
 from .setup.settings import RunNumbers, Settings
-from .step.adjoint import BOTH_MODES, FORWARDS, Kind, kind_of_loop
+from .step.adjoint import BOTH_MODES, FORWARDS, LoopKind, kind_of_loop
 from .step.derivative import differentiable
 
 
@@ -51,18 +51,18 @@ class Started(NamedTuple):
     carry: Carry
 
 
-def started(settings: Settings, given: Given, kind: Kind = FORWARDS) -> Started:
+def started(settings: Settings, given: Given, kind: LoopKind = FORWARDS) -> Started:
     """Performs the start of a run, up to its first step."""
     given = _packed(settings, given)
     y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
     events = _events(settings, kind)
     given, begun = begin(settings, given, y0, events)
-    return Started(given, bad_starts, Run(settings, given, events, kind).first(begun))
+    return Started(given, bad_starts, StepLoop(settings, given, events, kind).first(begun))
 
 
-def advanced(settings: Settings, given: Given, carry: Carry, kind: Kind = FORWARDS) -> tuple[Carry, Array]:
+def advanced(settings: Settings, given: Given, carry: Carry, kind: LoopKind = FORWARDS) -> tuple[Carry, Array]:
     """Takes steps until the run ends or the record is full. Returns the carry and whether the run continues."""
-    run = Run(settings, given, _events(settings, kind), kind)
+    run = StepLoop(settings, given, _events(settings, kind), kind)
     end = run.steps(carry)
     return end, run.goes_on(end)
 
@@ -72,7 +72,7 @@ def blurred(settings: Settings, given: Given, end: Carry) -> Array:
     return are_blurred(given.band, given.back, end.armed, end.farthest) if settings.has_events else jnp.zeros(0)
 
 
-def _events(settings: Settings, kind: Kind) -> RunEvents | None:
+def _events(settings: Settings, kind: LoopKind) -> RunEvents | None:
     return RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
 
 
@@ -81,7 +81,7 @@ def _packed(settings: Settings, given: Given) -> Given:
     return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
 
 
-def _integrated(settings: Settings, kind: Kind, given: Given) -> Integrated:
+def _integrated(settings: Settings, kind: LoopKind, given: Given) -> Integrated:
     begun = started(settings, given, kind)
     end, _ = advanced(settings, begun.given, begun.carry, kind)
     return Integrated(begun.carry.y, begun.bad_starts, end, blurred(settings, begun.given, end))
@@ -94,7 +94,7 @@ def _both_modes(settings: Settings, given: Given) -> Integrated:
     leaves, structure = jax.tree.flatten(given)
     others: list[PyTree] = []  # the static part, which does not depend on the numbers
 
-    def with_loop(kind: Kind) -> Callable[[list[Array]], PyTree]:
+    def with_loop(kind: LoopKind) -> Callable[[list[Array]], PyTree]:
         def arrays(leaves: list[Array]) -> PyTree:
             found, rest = eqx.partition(_integrated(settings, kind, structure.unflatten(leaves)), eqx.is_array)
             others[:] = [rest]

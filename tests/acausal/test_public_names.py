@@ -2,9 +2,12 @@
 
 # pyright: reportUnnecessaryTypeIgnoreComment=true
 
+import ast
 import inspect
 import typing
+from collections import Counter
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any, assert_type
 
 import pytest
@@ -123,3 +126,14 @@ def test_type_checkers_know_what_constructors_take() -> None:
         Resistor(R=1.0, r=1.0)  # pyright: ignore[reportCallIssue]
     with pytest.raises(ParameterError):
         Resistor(R="1")  # pyright: ignore[reportArgumentType]
+
+
+def test_the_name_of_a_class_means_one_thing() -> None:
+    """In the engine and in design, for public and internal classes."""
+    found = Counter(
+        node.name
+        for file in Path(acausal.__file__).parent.rglob("*.py")
+        for node in ast.parse(file.read_text()).body
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    )
+    assert not [name for name, n in found.items() if n > 1]

@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 
 from ..._evaluate.event_set import Schedule
-from ..._evaluate.groups import Store
+from ..._evaluate.groups import Segments
 from ..._evaluate.starts import Inputs
 from ..._numbers import Numbers, Truth
 from ..._reduce.nominal import nominal_size
@@ -242,7 +242,7 @@ class RunEvents(EventNumbers):
         return [(*_table(schedule, found[::2], found[1::2]), schedule.numbers) for schedule in self.schedules]
 
     def _values(
-        self, t: Numbers, y: Array, given: Given, store: Store | None, leaves: Iterable[int]
+        self, t: Numbers, y: Array, given: Given, store: Segments | None, leaves: Iterable[int]
     ) -> dict[int, Numbers]:
         return values_of(self.system, t, y[self.layout.point], given.inputs, store, leaves)
 

@@ -8,7 +8,7 @@ from ..events.event_history import EventHistory
 from ..setup.state_vector import Vector
 from ..step.controller import Control
 from ..step.interval import Seen
-from ..step.record import Record
+from ..step.record import StepRecord
 
 
 class Rows(NamedTuple):
@@ -48,5 +48,5 @@ class Carry(NamedTuple):
     history: EventHistory | None
     before: Vector
     rows: Rows | None
-    record: Record | None
+    record: StepRecord | None
     meter: Any

@@ -14,7 +14,7 @@ from ..events.iteration import ACCUMULATED, STOPPED, settle
 from ..events.moment import Approach
 from ..setup.settings import AT_ONCE
 from ..setup.state_vector import Vector
-from ..step.course import Course, on_course, share
+from ..step.correction import Correction, corrected, share
 from ..step.rejected import rejectable
 from ..step.span import Span
 from .carry import Carry
@@ -26,7 +26,7 @@ INTERVAL = 1e-9  # fraction of the time span within which events are close toget
 EARLY = 1e-2  # fraction of a step: if a relation changes back within it, the step is too long
 
 
-class Run(Steps):
+class StepLoop(Steps):
     """The time loop of a run."""
 
     def first(self, begun: Begun) -> Carry:
@@ -39,7 +39,7 @@ class Run(Steps):
         )
         first_end = self.planned(self.t0, control.wish, *self.limit(begun.due))
         inner = None
-        if not self.settings.follows_course:
+        if not self.settings.is_corrected:
             inner = self.solver.init(self.terms, self.t0, first_end, core, args)
         none = jnp.asarray(0)
         return Carry(
@@ -113,9 +113,9 @@ class Run(Steps):
             t0, t1, core0, core1, args, error, self.solver.error_order(self.terms), c.control
         )
         held = jax.lax.stop_gradient
-        course = None if work is None else Course(self.solver, held(work), args, self.settings)
+        correction = None if work is None else Correction(self.solver, held(work), args, self.settings)
         path_of_solver = self.solver.interpolation_cls(t0=t0, t1=t1, **info)
-        path = Span(t0, t1, path_of_solver, carried, layout, course)
+        path = Span(t0, t1, path_of_solver, carried, layout, correction)
         y1 = layout.joined(core1, carried)
         if events is None:
             settled = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1)))
@@ -179,10 +179,10 @@ class Run(Steps):
         before = jnp.where(found.is_any, found.before, jnp.where(is_there, instant - 0.5 * short, t))
         moved, there = path.moving(t)
         lag = None
-        if events.is_searched and path.course is not None:
+        if events.is_searched and path.correction is not None:
             early = path.moving(before)
             theta = share(*hold((path.inner, before)))
-            there = on_course(path.course, path.inner, there, found.shift[0], theta, *early)
+            there = corrected(path.correction, path.inner, there, found.shift[0], theta, *early)
             lag = _lag(*hold((path, t, found.shift[1])))
         y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
         t = jnp.where(is_cut, moved, t1)
@@ -254,6 +254,6 @@ class Run(Steps):
 
 def _lag(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
     """Correction of the rates at the first event (see `Approach`)."""
-    assert path.course is not None
+    assert path.correction is not None
     _, pace = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
-    return jax.tree_util.Partial(Course.lag, path.course, pace[path.layout.states] + shift_rate)
+    return jax.tree_util.Partial(Correction.lag, path.correction, pace[path.layout.states] + shift_rate)

@@ -14,7 +14,7 @@ from ..setup.settings import Settings
 from .carry import Carry
 
 
-class Point(NamedTuple):
+class SavedPoint(NamedTuple):
     """A time, the vector for evaluating the equations there, and whether the solution shows the point."""
 
     t: Numbers
@@ -26,7 +26,7 @@ class NotFinite(NamedTuple):
     """Whether there is a non-finite point, and this point; if there is none, the last point checked."""
 
     exists: Truth
-    point: Point
+    point: SavedPoint
 
 
 def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
@@ -36,7 +36,7 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
     """
     given, end = jax.lax.stop_gradient((given, end))
     system, forward = settings.system, given.direction
-    none = NotFinite(jnp.asarray(False), Point(forward * end.t, end.y[settings.layout.point], jnp.asarray(True)))
+    none = NotFinite(jnp.asarray(False), SavedPoint(forward * end.t, end.y[settings.layout.point], jnp.asarray(True)))
     if settings.save == "end":
         return none
     pairs = pairs_of(system, system.flat.variable_leaves)
@@ -53,7 +53,7 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
     return jax.lax.while_loop(goes_on, look, (jnp.asarray(0), none))[1]
 
 
-Points = tuple[Array, Callable[[Array], Point]]  # number of points, and the point of an index
+Points = tuple[Array, Callable[[Array], SavedPoint]]  # number of points, and the point of an index
 
 
 def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
@@ -61,8 +61,8 @@ def _of_times(settings: Settings, forward: Array, end: Carry) -> Points:
     rows, here = end.rows, settings.layout.point
     assert rows is not None
 
-    def row(i: Array) -> Point:
-        return Point(forward * rows.ts[i], rows.ys[i, here], jnp.asarray(True))
+    def row(i: Array) -> SavedPoint:
+        return SavedPoint(forward * rows.ts[i], rows.ys[i, here], jnp.asarray(True))
 
     # The times are padded with the last requested one, up to the number that the program is compiled for.
     return jnp.minimum(rows.n, 1 + jnp.sum(rows.ts < rows.ts[rows.n - 1])), row
@@ -73,15 +73,15 @@ def _of_steps(settings: Settings, forward: Array, end: Carry) -> Points:
     record, here = end.record, settings.layout.point
     assert record is not None
 
-    def row(i: Array) -> Point:
-        return Point(forward * record.ts[i], record.ys[i, here], jnp.asarray(True))
+    def row(i: Array) -> SavedPoint:
+        return SavedPoint(forward * record.ts[i], record.ys[i, here], jnp.asarray(True))
 
     n = record.n + 1
 
-    def point(i: Array) -> Point:
+    def point(i: Array) -> SavedPoint:
         j = jnp.maximum(i - n, 0)
         is_shown = jnp.isfinite(record.moments[j]) & (record.moments[j] > record.ts[0])
-        before = Point(forward * record.moments[j], record.befores[j, here], is_shown)
+        before = SavedPoint(forward * record.moments[j], record.befores[j, here], is_shown)
         return jax.tree.map(lambda a, b: jnp.where(i < n, a, b), row(i), before)
 
     return n + record.n, point

@@ -8,14 +8,14 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..._evaluate.groups import Store
+from ..._evaluate.groups import Segments
 from ..._numbers import Numbers
 from ..events.turns import Turn, highest_turns
 from ..setup.field import Given, values_of, wanted_pairs
 from ..setup.settings import Settings
 from ..setup.user_function import UserFunction
-from ..step.course import share
-from ..step.interval import LOOKS, Seen, seen, seen_on_course
+from ..step.correction import share
+from ..step.interval import LOOKS, Seen, seen, seen_corrected
 from ..step.span import Span
 
 DERIVATIVES = 2  # highest correct order of differentiation; each order takes one Newton step
@@ -61,17 +61,17 @@ class Peaks:
         rates, store = system.vector_field_and_store(forward * t, point, given.inputs, wanted)
         return self._values(forward * t, point, given, store), forward * rates
 
-    def _values(self, t: Numbers, point: Array, given: Given, store: Store) -> Array:
+    def _values(self, t: Numbers, point: Array, given: Given, store: Segments) -> Array:
         peaks = self._function
         values = values_of(self.settings.system, t, point, given.inputs, store, peaks.leaves)
         return jnp.stack(peaks(given.numbers.peaks, [values[leaf] for leaf in peaks.leaves]))
 
     def _seen(self, path: Span, given: Given, t: Numbers) -> Seen:
         """The functions, their rates and phases at a time on the path of a step."""
-        if path.course is None:
+        if path.correction is None:
             return seen(lambda t: self.values(given.direction * t, path.plain(t), given), t)
-        error = ft.partial(path.course.error_at, path.inner)
-        return seen_on_course(ft.partial(self._values_and_rates, given), path.plain, error, t)._replace(shift=())
+        error = ft.partial(path.correction.error_at, path.inner)
+        return seen_corrected(ft.partial(self._values_and_rates, given), path.plain, error, t)._replace(shift=())
 
     def begun(self, t: Array, y: Array, given: Given) -> Array:
         """The peaks at the start of a run."""
@@ -84,13 +84,13 @@ class Peaks:
 
         def values(t: Array) -> Array:
             moved, there = path.moving(t)
-            course, theta = path.course, share(held, t)
-            if course is None:
+            correction, theta = path.correction, share(held, t)
+            if correction is None:
                 return self.values(given.direction * moved, there, given)
 
             def again(shift: Array, _: None) -> tuple[Array, Array]:
-                found, rates = self._values_and_rates(given, moved, course.moved(there, shift))
-                return shift + course.error(path.inner, theta, rates), found
+                found, rates = self._values_and_rates(given, moved, correction.moved(there, shift))
+                return shift + correction.error(path.inner, theta, rates), found
 
             nothing = jnp.zeros(self.settings.layout.n_states)
             return jax.lax.scan(again, nothing, None, length=LOOKS + 1)[1][-1]  # one more evaluation for derivatives

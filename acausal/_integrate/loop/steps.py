@@ -24,10 +24,10 @@ from ..setup.field import Given, vector_field
 from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
-from ..step.adjoint import Kind
+from ..step.adjoint import LoopKind
 from ..step.controller import StepSizes, step_sizes
-from ..step.interval import Seen, seen, seen_on_course
-from ..step.record import Record
+from ..step.interval import Seen, seen, seen_corrected
+from ..step.record import StepRecord
 from ..step.span import Span
 from .carry import Carry, Rows
 from .peaks import Peaks
@@ -36,7 +36,7 @@ from .peaks import Peaks
 class Steps:
     """The operations of a step, for given numbers of a run."""
 
-    def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: Kind) -> None:
+    def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: LoopKind) -> None:
         self.settings, self.layout, self.system = settings, settings.layout, settings.system
         self.given, self.events, self.kind = given, events, kind
         self.peaks = Peaks(settings) if settings.peaks else None
@@ -52,7 +52,7 @@ class Steps:
         core. All numbers are arguments, because derivatives are taken with respect to arguments.
         """
         solver, t0, t1, jumped, inner = where
-        if self.settings.follows_course:
+        if self.settings.is_corrected:
             core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, given)
             return core, error, (info, work, None, jnp.asarray(False))
         core, error, info, inner, result = solver.step(self.terms, t0, t1, core, given, inner, jumped)
@@ -92,9 +92,9 @@ class Steps:
         events = self.events
         if events is None or not events.is_searched:
             return None
-        read = events.margins_and_rates if self.settings.follows_course else events.margins
+        read = events.margins_and_rates if self.settings.is_corrected else events.margins
         found = jax.eval_shape(lambda t: seen(lambda t: read(t, y, self.given), t), jnp.asarray(0.0))
-        if self.settings.follows_course:
+        if self.settings.is_corrected:
             found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
         return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
 
@@ -107,16 +107,16 @@ class Steps:
             return Found(no, end, end, none, nowhere, c.truths, (), c.seen, end)
         hold = jax.lax.stop_gradient
         path, given = hold((path, self.given))
-        events, forward, course = self.events, self.forward, path.course
+        events, forward, correction = self.events, self.forward, path.correction
 
         def values(t: Numbers, y: Array) -> tuple[Array, Array]:
             margins, rates = events.margins_and_rates(forward * t, y, given)
             return margins, forward * rates
 
         def see(t: Numbers) -> Seen:
-            if course is None:
+            if correction is None:
                 return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
-            return seen_on_course(values, path.plain, ft.partial(course.error_at, path.inner), t)
+            return seen_corrected(values, path.plain, ft.partial(correction.error_at, path.inner), t)
 
         assert c.seen is not None
         start = hold(c.seen)._replace(t=hold(c.t))
@@ -175,7 +175,7 @@ class Steps:
             return None
         return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
 
-    def recorded(self, c: Carry, settled: Carry, y: Vector, keep: Array, info: PyTree) -> Record | None:
+    def recorded(self, c: Carry, settled: Carry, y: Vector, keep: Array, info: PyTree) -> StepRecord | None:
         """The record after a step to the loop state `settled`, with the vector y there and dense output data `info`."""
         record = c.record
         if record is None:
@@ -187,9 +187,9 @@ class Steps:
         moments, befores, *infos = (written(buffer, value, record.n, keep) for buffer, value in rows)
         ts, ys = written(record.ts, settled.t, record.n + 1, keep), written(record.ys, y, record.n + 1, keep)
         infos = None if record.infos is None else jax.tree.structure(info).unflatten(infos)
-        return Record(ts, ys, moments, befores, infos, record.n + keep)
+        return StepRecord(ts, ys, moments, befores, infos, record.n + keep)
 
-    def no_record(self, c: Carry) -> Record | None:
+    def no_record(self, c: Carry) -> StepRecord | None:
         """An empty record."""
         if not self.settings.keeps_steps:
             return None
@@ -206,7 +206,7 @@ class Steps:
             args = (self.layout.core(y), self.given.carrying(carried), where)
             inner = eqx.filter_eval_shape(lambda: self.attempt(*args)[2][0])
             (infos,) = empty(n, {"inner": inner, "begin": c.t, "end": c.t, "carried": carried})
-        return Record(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
+        return StepRecord(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
 
     def buffers(self, c: Carry) -> PyTree:
         """The arrays that the loop fills row by row."""
@@ -222,7 +222,7 @@ class Steps:
         return found
 
 
-def _method(settings: Settings, sizes: StepSizes, kind: Kind) -> Any:
+def _method(settings: Settings, sizes: StepSizes, kind: LoopKind) -> Any:
     """The solver, configured for the model, the tolerances and the differentiation mode."""
     system, solver = settings.system, settings.solver
     if isinstance(solver, AbstractRosenbrock):

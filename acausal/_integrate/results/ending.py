@@ -20,7 +20,7 @@ from ..setup.field import Given
 from ..setup.options import sentences
 from ..setup.result import Result
 from ..setup.settings import Settings
-from ..step.record import Record
+from ..step.record import StepRecord
 from .solution import Solution
 from .unresolved import are_unresolved
 
@@ -61,7 +61,7 @@ class Kept(NamedTuple):
     """The saved data of a run: the requested times with their state vectors, the recorded steps, and the events."""
 
     path: tuple[Any, Any] | None
-    record: Record | None
+    record: StepRecord | None
     history: EventHistory | None
 
 

@@ -15,7 +15,7 @@ from ..._numbers import Numbers
 from ..._tracing import are_traced
 from ..loop.peaks import Peak
 from ..setup.user_function import UserFunction
-from ..step.record import Record
+from ..step.record import StepRecord
 from .reading import SHARES, Reading
 from .rows import NUMBERS
 from .trajectories import trajectories
@@ -37,7 +37,7 @@ class OverRun:
     function: UserFunction
     constants: list[Numbers]
     params: dict[int, Numbers]
-    record: Record
+    record: StepRecord
     inputs: Inputs
     forward: Any  # 1, or -1 for a run backwards in time
 

@@ -19,9 +19,9 @@ from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
 from ..setup.state_vector import StateVector, Vector
 from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
-from ..step.course import share, within
+from ..step.correction import share, within
 from ..step.interval import LOOKS
-from ..step.record import Record
+from ..step.record import StepRecord
 from ..step.span import Span
 
 AT_ONCE = 64  # steps evaluated together, which limits the memory for matrices
@@ -38,7 +38,7 @@ class Reading:
     solver: diffrax.AbstractSolver
     layout: StateVector
 
-    def at(self, t: Numbers, record: Record, inputs: Inputs, forward: Any) -> Any:
+    def at(self, t: Numbers, record: StepRecord, inputs: Inputs, forward: Any) -> Any:
         """State vectors at times [times]; NaN at times that the run did not reach."""
         xp = jnp if are_traced(t, record, inputs) else np
         if xp is np:
@@ -53,7 +53,7 @@ class Reading:
         is_start = (t == ts[0]) & ~is_there
         return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
 
-    def within(self, i: Any, theta: Any, record: Record, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
+    def within(self, i: Any, theta: Any, record: StepRecord, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
         """Times and state vectors at fractions [steps, shares] of some steps."""
         steps = record.infos, record.ts[1:]
         if are_traced(i, theta, steps, inputs):

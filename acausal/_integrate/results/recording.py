@@ -11,7 +11,7 @@ from ..events.event_history import EventHistory
 from ..loop.carry import Carry
 from ..setup.field import Given
 from ..setup.settings import Settings
-from ..step.record import Record
+from ..step.record import StepRecord
 from .ending import Ending, Kept, read_inputs, solution_of, with_saved
 from .reading import Reading
 from .rows import shared
@@ -24,7 +24,7 @@ class Recording:
 
     def __init__(self, settings: Settings, start: Carry) -> None:
         self.settings, self.last = settings, start
-        self.records: list[Record] = []
+        self.records: list[StepRecord] = []
         self.histories = [start.history]
 
     def add(self, carry: Carry) -> None:
@@ -57,14 +57,14 @@ class Recording:
         place = first_bad_row(self.settings.system, ts, points, inputs)
         return None if place is None else jax.device_put((ts[place], points[place]))
 
-    def _at(self, times: np.ndarray, record: Record, inputs: Inputs, forward: Any) -> tuple[np.ndarray, np.ndarray]:
+    def _at(self, times: np.ndarray, record: StepRecord, inputs: Inputs, forward: Any) -> tuple[np.ndarray, np.ndarray]:
         """The times and state vectors, both infinite at times that the run did not reach."""
         settings = self.settings
         found = Reading(settings.system, settings.solver, settings.layout).at(times, record, inputs, forward)
         is_reached = times <= float(self.last.t)
         return np.where(is_reached, forward * times, np.inf), np.where(is_reached[:, None], found, np.inf)
 
-    def _record(self) -> Record | None:
+    def _record(self) -> StepRecord | None:
         """The chunks joined into one record, padded to a number of rows for which programs are compiled."""
         if len(self.records) <= 1:
             return next(iter(self.records), None)
@@ -85,7 +85,7 @@ class Recording:
 
         infos = jax.tree.map(lambda *parts: joined(list(parts), 0), *rows("infos"))
         moments, befores = joined(rows("moments"), 0), joined(rows("befores"), 0)
-        return Record(*jax.device_put((ends(rows("ts")), ends(rows("ys")), moments, befores, infos, np.asarray(n))))
+        return StepRecord(*jax.device_put((ends(rows("ts")), ends(rows("ys")), moments, befores, infos, np.asarray(n))))
 
     def _history(self) -> EventHistory | None:
         """The event history, joined from all chunks."""
@@ -102,7 +102,7 @@ class Recording:
         return EventHistory(joined("times"), joined("happened"), n, count)
 
 
-def _rows(record: Record, forward: Any) -> tuple[np.ndarray, np.ndarray]:
+def _rows(record: StepRecord, forward: Any) -> tuple[np.ndarray, np.ndarray]:
     """The times and state vectors at the ends of the steps and before events."""
     ts, ys, moments, befores = map(np.asarray, (record.ts, record.ys, record.moments, record.befores))
     return forward * both_sides(ts, moments, ts, moments), both_sides(ys, befores, ts, moments)

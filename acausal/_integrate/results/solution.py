@@ -30,7 +30,7 @@ from ..programs.made_from import equations_of
 from ..setup.result import sentence
 from ..setup.state_vector import StateVector
 from ..setup.user_function import as_function, trace
-from ..step.record import Record
+from ..step.record import StepRecord
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, powers, stored
 from .event_log import EventLog
@@ -65,7 +65,7 @@ class Solution(eqx.Module, Generic[M]):
     _not_finite: tuple[Array, Array]  # first saved time and vector with a variable that is not finite, if any
     _params: dict[int, Array]  # parameters of the model, by leaf number
     _inputs: Inputs
-    _record: Record | None  # the recorded steps
+    _record: StepRecord | None  # the recorded steps
     _losses: Array  # energy lost at each event
     _peaks: Array  # values, then times
     _errors: Array  # errors of the states in the last step, in tolerances
@@ -138,7 +138,7 @@ class Solution(eqx.Module, Generic[M]):
         record = self._dense("value at a time")
         reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
 
-        def read(record: Record, inputs: Inputs, forward: Numbers) -> Any:
+        def read(record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:
             found = reading.at(forward * jnp.ravel(t), record, inputs, forward)
             return found[:, self._layout.point].reshape(*t.shape, -1)
 
@@ -219,13 +219,13 @@ class Solution(eqx.Module, Generic[M]):
         traced, constants = trace(as_function(function, what), self.system.flat, what)
         params: dict[int, Numbers] = {i: self._params[i] for i in traced.leaves if i in self._params}
 
-        def of_run(params: dict[int, Numbers], record: Record, inputs: Inputs, forward: Numbers) -> Any:
+        def of_run(params: dict[int, Numbers], record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:
             return compute(OverRun(reading, traced, constants, params, record, inputs, forward))
 
         found = over_batch(of_run, jnp.ndim(self.t1))(params, record, self._inputs, self._forward)
         return found, traced.tree
 
-    def _dense(self, wanted: str) -> Record:
+    def _dense(self, wanted: str) -> StepRecord:
         """The recorded steps with dense output. Raises `ModelError` if the run has none."""
         if self._record is None or self._record.infos is None:
             raise ModelError(

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from ..._evaluate.groups import Store
+from ..._evaluate.groups import Segments
 from ..._evaluate.observe import leaf_value, pairs_of
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
@@ -77,7 +77,7 @@ def wanted_pairs(system: System, leaves: Iterable[int]) -> list[Pair]:
 
 
 def values_of(
-    system: System, t: Numbers, point: Array, inputs: Inputs, store: Store | None, leaves: Iterable[int]
+    system: System, t: Numbers, point: Array, inputs: Inputs, store: Segments | None, leaves: Iterable[int]
 ) -> dict[int, Numbers]:
     """The values of leaves by number: parameters from the inputs, discrete variables from the point, and other
     variables from the store.

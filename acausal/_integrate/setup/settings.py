@@ -87,7 +87,7 @@ class Settings:
         return {leaf for part in (events and events.margins, self.stop) if part for leaf in part.leaves}
 
     @ft.cached_property
-    def follows_course(self) -> bool:
+    def is_corrected(self) -> bool:
         """Whether the dense output is corrected by the equations. This applies to Rosenbrock methods if algebraic
         variables are read within steps: they can amplify the interpolation error of the states.
         """

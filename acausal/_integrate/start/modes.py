@@ -22,7 +22,7 @@ from ..setup.field import Given
 from .search import is_met
 
 
-class Modes(NamedTuple):
+class StartModes(NamedTuple):
     """A point and its discrete variables, with masks of events: those that trigger each other without end, those that
     are refused, and those that have fired because their condition is true.
     """
@@ -68,7 +68,7 @@ class Solver(NamedTuple):
     at: Callable[[PyTree, Given], tuple[Array, Given]]
 
 
-def modes_at(start: Start, t0: Numbers, solver: Solver) -> Modes:
+def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
     """Consistent modes: no event fires at the point that they imply.
 
     This is a complementarity problem at one instant: events that fire at the point of the current modes change them.
@@ -141,10 +141,10 @@ def _size(point: _Point) -> Array:
     return jnp.sum(point.lack**2)
 
 
-def _modes(events: RunEvents, end: _Round, discrete: Array) -> Modes:
+def _modes(events: RunEvents, end: _Round, discrete: Array) -> StartModes:
     truths = end.kept.truths
     happen, holds = end.late & jnp.any(end.fired), truths & events.responds & ~events.held
-    return Modes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
+    return StartModes(end.kept.x, discrete, happen, truths & events.refused, holds[: events.n_model])
 
 
 @ft.lru_cache(maxsize=64)

@@ -18,21 +18,21 @@ BASE = 16  # iterations of each nested loop
 HELD = 10_000_000  # limit on the numbers that reverse mode stores in copies of the saved data of a run
 
 
-class Kind(NamedTuple):
+class LoopKind(NamedTuple):
     """The loop over the steps, and whether it supports reverse mode."""
 
     loop: Callable[..., PyTree]
     is_reversible: bool
 
 
-def kind_of_loop(adjoint: diffrax.AbstractAdjoint) -> Kind:
+def kind_of_loop(adjoint: diffrax.AbstractAdjoint) -> LoopKind:
     """The loop for an adjoint method of diffrax."""
     if isinstance(adjoint, diffrax.ForwardMode):
         return FORWARDS
     if isinstance(adjoint, diffrax.DirectAdjoint):
         return BOTH_MODES
     if isinstance(adjoint, diffrax.RecursiveCheckpointAdjoint):
-        return Kind(ft.partial(while_loop, kind="checkpointed", checkpoints=adjoint.checkpoints), True)
+        return LoopKind(ft.partial(while_loop, kind="checkpointed", checkpoints=adjoint.checkpoints), True)
     raise ModelError(
         f"adjoint={type(adjoint).__name__}() is not supported: events need the derivative of each step. "
         "Use ForwardMode, DirectAdjoint or RecursiveCheckpointAdjoint of diffrax, or None."
@@ -73,5 +73,5 @@ def nested_loop(
     return run((0, init), levels)[1]
 
 
-FORWARDS = Kind(ft.partial(while_loop, kind="lax"), False)
-BOTH_MODES = Kind(nested_loop, True)
+FORWARDS = LoopKind(ft.partial(while_loop, kind="lax"), False)
+BOTH_MODES = LoopKind(nested_loop, True)

@@ -37,7 +37,7 @@ def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
     return Seen(t, here.value, rates.value, here.angles, rates.angles, here.steps)
 
 
-def seen_on_course(
+def seen_corrected(
     values: Callable[[Numbers, Array], tuple[Array, Array]],
     path: Callable[[Array], Array],
     error: Callable[[Array, Array], Array],

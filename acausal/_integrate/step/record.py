@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 
-class Record(NamedTuple):
+class StepRecord(NamedTuple):
     """The first `n` steps of a run.
 
     - `ts`, `ys`: the start and the ends of the steps in chronological order, infinite after the last one, and the

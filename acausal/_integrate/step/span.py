@@ -7,11 +7,11 @@ import jax.numpy as jnp
 
 from ..._numbers import Numbers
 from ..setup.state_vector import StateVector, Vector
-from .course import Course, on_course, share, within
+from .correction import Correction, corrected, share, within
 
 
 class Span(diffrax.AbstractLocalInterpolation):
-    """Dense output of a step without its events, between the ends of the step; corrected if there is a `course`.
+    """Dense output of a step without its events, between the ends of the step; corrected if there is a `correction`.
 
     Iterations within the step start from the same guess as those of its stages, since an event may have led far away.
     """
@@ -21,19 +21,19 @@ class Span(diffrax.AbstractLocalInterpolation):
     inner: diffrax.AbstractLocalInterpolation
     carried: Vector
     layout: StateVector = eqx.field(static=True)
-    course: Course | None = None
+    correction: Correction | None = None
 
     def evaluate(self, t0: Numbers, t1: Numbers | None = None, left: bool = True) -> Vector:
         """State at `t0`; with `t1`, the increment from `t0` to `t1`."""
         if t1 is not None:
             return self.evaluate(t1, left=left) - self.evaluate(t0, left=left)
         y = self.plain(t0, left)
-        if self.course is None:
+        if self.correction is None:
             return y
         # The equations may change at an instant just after the end of the step.
         t = within(self.inner, t0)
-        shift = self.course.shift(*jax.lax.stop_gradient((self.inner, t, y)))
-        return on_course(self.course, self.inner, y, shift, share(self.inner, t), t, y)
+        shift = self.correction.shift(*jax.lax.stop_gradient((self.inner, t, y)))
+        return corrected(self.correction, self.inner, y, shift, share(self.inner, t), t, y)
 
     def plain(self, t: Numbers, left: bool = True) -> Vector:
         """State at a time by the solver's own dense output, without correction."""

@@ -55,7 +55,7 @@ ROOM = dict.fromkeys(("AT_ONCE", "STEPS", "MOMENTS", "ROOM"), settings)  # of re
 ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate.setup": "schedule settings",
-    "_integrate.step": "course interval",
+    "_integrate.step": "correction interval",
     "_integrate.events": "changes crossing event_history event_numbers iteration moment part rounds run_events turns",
     "_integrate.loop": "carry loop peaks starting",
     "_integrate.results": "event_log",

@@ -18,7 +18,7 @@ from ..setup.state_vector import Vector
 from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation, Work
 
 
-class Course(eqx.Module):
+class Correction(eqx.Module):
     """Data for correcting the states on the dense output of a step (see `AbstractRosenbrock.error_within`). Times and
     rates are in the solver's time, which always increases.
     """
@@ -78,8 +78,8 @@ def within(inner: diffrax.AbstractLocalInterpolation, t: Numbers) -> Numbers:
 
 
 @jax.custom_jvp
-def on_course(
-    course: Course,
+def corrected(
+    correction: Correction,
     inner: diffrax.AbstractLocalInterpolation,
     y: Vector,
     shift: Array,
@@ -92,20 +92,20 @@ def on_course(
     and the vector of y, or slightly earlier ones if the equations have a kink at y.
     """
     del inner, theta, t, point
-    return course.moved(y, shift)
+    return correction.moved(y, shift)
 
 
-@ft.partial(on_course.defjvp, symbolic_zeros=True)
+@ft.partial(corrected.defjvp, symbolic_zeros=True)
 def _derivative(primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[Vector, Vector]:
-    course, inner, y, shift, theta, t, point = primals
+    correction, inner, y, shift, theta, t, point = primals
     of_course, of_inner, of_y, _, of_share, of_time, of_point = tangents
 
     def lacking(
         given: Given, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, t: Numbers, y: Vector
     ) -> Array:
-        return course.error(inner, theta, eqx.tree_at(lambda c: c.given, course, given).rates(t, y))
+        return correction.error(inner, theta, eqx.tree_at(lambda c: c.given, correction, given).rates(t, y))
 
-    place, dy = course.moved(point, shift), jnp.asarray(array_of(of_y))
+    place, dy = correction.moved(point, shift), jnp.asarray(array_of(of_y))
     moving = (of_course.given, of_inner, of_share, of_time, jnp.asarray(array_of(of_point)))
-    _, change = pushed(lacking, (course.given, inner, theta, t, place), moving)
-    return course.moved(y, shift), course.moved(dy, change)
+    _, change = pushed(lacking, (correction.given, inner, theta, t, place), moving)
+    return correction.moved(y, shift), correction.moved(dy, change)
