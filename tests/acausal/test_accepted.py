@@ -196,5 +196,5 @@ class Emitting(Component):
 
 def test_a_search_that_ends_at_the_edge_of_a_range_names_it() -> None:
     assert float(initialise(Emitting(q=27.0), steady=True).T) == pytest.approx(3.0, rel=1e-10)
-    with pytest.raises(SimulationError, match=r"(?s)der\(T\) = 0.*out of a range: T must be positive \(unit 1\)"):
+    with pytest.raises(SimulationError, match=r"(?s)der\(T\) = 0.*leave a range: T must be positive \(unit 1\)"):
         initialise(Emitting(q=-8.0), steady=True)
