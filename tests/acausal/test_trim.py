@@ -245,7 +245,7 @@ def test_more_conditions_than_parameters() -> None:
     def two(s: Any, d: Any) -> dict[str, Any]:
         return dict(low=eq(s.x, 1.0), high=eq(s.x, 2.0))
 
-    with pytest.raises(SimulationError, match=r"contradict: (low, high|high, low)"):
+    with pytest.raises(SimulationError, match=r"conflict, linearly dependent: (low, high|high, low)"):
         initialise(Leak(), two, solve_for=["a"])
 
 
