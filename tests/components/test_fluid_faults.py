@@ -42,7 +42,7 @@ class Blocked(Component):
 def test_flow_into_a_node_without_volume() -> None:
     """The error names the node and the missing volume; with it, the circuit settles at cracking + flow/conductance."""
     flow, valve = ConstantFlow(flow=1e-5), IdealCheckValve(conductance=1e-9)
-    with pytest.raises(SimulationError, match=r"flows in at flow\.port and valve\.a: .*connect a Chamber or a Volume"):
+    with pytest.raises(SimulationError, match=r"flow into flow\.port and valve\.a: .*connect a Chamber or a Volume"):
         simulate(Blocked(flow=flow, valve=valve), 1.0, save="end")
     rig = Blocked(flow=flow, valve=valve, chamber=Chamber(volume=1e-4, liquid=LIQUID))
     assert float(simulate(rig, 1.0, save="end").final.valve.dp) == pytest.approx(2e4 + 1e4, rel=1e-6)
