@@ -1,5 +1,8 @@
 """Evaluation of a block program: explicit, linear or nonlinear."""
 
+import dataclasses
+import functools as ft
+import math
 from collections.abc import Callable, Sequence
 
 import jax
@@ -161,18 +164,37 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
     """
     unravel = ravel_pytree([jnp.asarray(guess[0], float) for guess in guesses])[1]
     starts = jnp.stack([ravel_pytree(guess)[0] for guess in zip(*guesses, strict=True)])
-    sizes = np.concatenate([np.full(np.size(g[0]), size) for g, size in zip(guesses, program.sizes, strict=True)])
-
-    def residual(x: Array, args: PyTree) -> Array:
-        params, values, time = args
-        return ravel_pytree(_residuals(program, Known(params, values, time), unravel(x * sizes)))[0]
-
-    def is_inside(x: Array, args: PyTree) -> Array:
-        params, values, time = args
-        found = zip(_with_tears(program, Known(params, values, time), unravel(x * sizes)), program.ranges, strict=True)
-        return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
-
+    block = _nonlinear_block(program, tuple(np.shape(guess[0]) for guess in guesses))
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
-    root = scaled_root(residual, starts / sizes, args, is_inside if any(program.ranges) else None)
-    return unravel(root * sizes)
+    root = scaled_root(block.residual, starts / block.sizes, args, block.is_inside if any(program.ranges) else None)
+    return unravel(root * block.sizes)
+
+
+@dataclasses.dataclass(frozen=True)
+class _Nonlinear:
+    """The equations of a non-linear block, as functions of the scaled tearing variables."""
+
+    program: Program
+    shapes: tuple[tuple[int, ...], ...]  # of the tearing variables
+
+    @property
+    def sizes(self) -> np.ndarray:
+        pairs = zip(self.shapes, self.program.sizes, strict=True)
+        return np.concatenate([np.full(math.prod(shape), size) for shape, size in pairs])
+
+    def residual(self, x: Array, args: PyTree) -> Array:
+        return ravel_pytree(_residuals(self.program, Known(*args), self._tears(x)))[0]
+
+    def is_inside(self, x: Array, args: PyTree) -> Array:
+        found = zip(_with_tears(self.program, Known(*args), self._tears(x)), self.program.ranges, strict=True)
+        return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
+
+    def _tears(self, x: Array) -> list[Array]:
+        return ravel_pytree([jnp.zeros(shape) for shape in self.shapes])[1](x * self.sizes)
+
+
+@ft.lru_cache(maxsize=256)
+def _nonlinear_block(program: Program, shapes: tuple[tuple[int, ...], ...]) -> _Nonlinear:
+    """The same object for equal blocks, so that the search for their roots is traced once."""
+    return _Nonlinear(program, shapes)

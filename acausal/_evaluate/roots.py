@@ -1,5 +1,6 @@
 """Roots of small systems of nonlinear equations."""
 
+import functools as ft
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -20,38 +21,42 @@ CLOSE = 1e-9  # last step of Newton's method that leaves an error near rounding
 # Powell's dogleg: a trust region stalls where rounding hides the progress of a step, so its tolerance stays well above.
 DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
 
+Residual = Callable[[Array, PyTree], Array]
 Test = Callable[[Array, PyTree], Truth]
 
 
-def scaled_root(
-    residual: Callable[[Array, PyTree], Array], starts: Array, args: PyTree, is_inside: Test | None = None
-) -> Array:
+def scaled_root(residual: Residual, starts: Array, args: PyTree, is_inside: Test | None = None) -> Array:
     """A root of a function of unknowns of size 1; NaN if none is found.
 
     The search starts from each of the `starts`, [tries, unknowns], until it finds a root: by Newton's method;
     if that fails, or finds a root outside `is_inside(x, args)`, by Powell's method, whose steps stay
-    inside. Only the root is differentiated, by the implicit function theorem: at the end of a failed search, the
-    function may have no derivative.
+    inside. Neither function may close over numbers of the run. Only the root is differentiated, by the implicit
+    function theorem: at the end of a failed search, the function may have no derivative.
     """
 
-    def attempt(start: Array, args: PyTree) -> tuple[Array, Array]:
+    held, first = jax.lax.stop_gradient((args, starts))
+    solve = lambda *_: _searched(residual, is_inside, first, held)  # noqa: E731
+    return jax.lax.custom_root(lambda x: residual(x, args), starts[0], solve, _solved)
+
+
+@ft.partial(jax.jit, static_argnums=(0, 1))
+def _searched(residual: Residual, is_inside: Test | None, starts: Array, args: PyTree) -> Array:
+    """The root found from the first start that leads to one. Traced once for equal functions."""
+
+    def attempt(start: Array) -> tuple[Array, Array]:
         root, is_good = newton(residual, start, args)
         if is_inside is not None:
             is_good &= is_inside(root, args)
         return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _dogleg(residual, start, args, is_inside))
 
-    def search(starts: Array, args: PyTree) -> Array:
-        if len(starts) == 1:
-            return _or_nan(*attempt(starts[0], args))
+    if len(starts) == 1:
+        return _or_nan(*attempt(starts[0]))
 
-        def another(tried: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-            return tried[0] + 1, *attempt(starts[tried[0]], args)
+    def another(tried: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        return tried[0] + 1, *attempt(starts[tried[0]])
 
-        none = (jnp.asarray(0), starts[0], jnp.asarray(False))
-        return _or_nan(*jax.lax.while_loop(lambda tried: ~tried[2] & (tried[0] < len(starts)), another, none)[1:])
-
-    held, first = jax.lax.stop_gradient((args, starts))
-    return jax.lax.custom_root(lambda x: residual(x, args), starts[0], lambda *_: search(first, held), _solved)
+    none = (jnp.asarray(0), starts[0], jnp.asarray(False))
+    return _or_nan(*jax.lax.while_loop(lambda tried: ~tried[2] & (tried[0] < len(starts)), another, none)[1:])
 
 
 class _Iterate(NamedTuple):
