@@ -7,6 +7,7 @@ import jax
 import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, prefer, replace, simulate, when
+from acausal._evaluate import roots
 
 
 class Decay(Component, partial=True):
@@ -130,3 +131,26 @@ def test_steps_add_up_nothing_by_index(model: type[Decay]) -> None:
     found = set(_operations(program.jaxpr, loops=1))
     assert "mul" in found
     assert "scatter-add" not in found
+
+
+class Bent(Component):
+    """A state and an unknown of a nonlinear equation."""
+
+    x: Var[Scalar, ""] = 1.0
+    z: Var[Scalar, ""] = 0.5
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, -self.z, check_units=False), bend=eq(self.z + self.z**3, self.x))
+
+
+def test_the_search_for_a_root_is_traced_once_for_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    traced: list[Any] = []
+
+    def newton(residual: Any, start: Any, args: Any) -> Any:
+        traced.append(residual)
+        return search(residual, start, args)
+
+    search = roots.newton
+    monkeypatch.setattr(roots, "newton", newton)
+    jax.make_jaxpr(lambda x: simulate(Bent(x=x), 1.0, save="end").final.z)(1.0)
+    assert len(traced) == 2  # from several guesses, as at the start, and from one
