@@ -4,11 +4,8 @@ The programs depend only on the model, its events and the method. The choice of 
 events are handled outside them.
 """
 
-import contextlib
 import dataclasses
 import functools as ft
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import diffrax
@@ -21,7 +18,7 @@ from .._tracing import are_traced, within_transformation
 from . import run as traced
 from .loop.carry import Carry
 from .programs.made_from import digest_of
-from .programs.stored_program import is_missing, program_for, result_of
+from .programs.stored_program import Storable, program_for, result_of
 from .results.ending import Ending, Integrated, ended
 from .results.recording import Recording
 from .results.solution import Solution
@@ -43,9 +40,7 @@ def _run(settings: Settings, given: Given) -> Solution:
         kind_of_loop(settings.adjoint)  # raises for an unsupported adjoint
     program, times = settings.in_chunks, given.numbers.times
     numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
-    given = dataclasses.replace(given, numbers=numbers)
-    with _compiling_the_rest(program, given):
-        begun: traced.Started = result_of(_Start(program), given)
+    begun: traced.Started = result_of(_Start(program), dataclasses.replace(given, numbers=numbers))
     carry, goes_on, recording = begun.carry, True, Recording(settings, begun.carry)
     further = program_for(_Steps(program), (begun.given, carry))
     is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
@@ -57,24 +52,6 @@ def _run(settings: Settings, given: Given) -> Solution:
     parts = (begun.given, begun.carry.y, begun.bad_starts, carry._replace(record=None, history=None))
     ending: Ending = result_of(_End(program), parts)
     return recording.solution(begun.given, ending, times)
-
-
-@contextlib.contextmanager
-def _compiling_the_rest(program: Settings, given: Given) -> Iterator[None]:
-    """Compiles the steps and the end in parallel with the start, because XLA uses one core for each program."""
-    start = _Start(program)
-    if not is_missing(start, given):
-        yield
-        return
-    begun: traced.Started = jax.eval_shape(start, given)
-    carry = begun.carry._replace(record=None)
-    end = begun.given, carry.y, begun.bad_starts, carry._replace(history=None)
-    rest = [(_Steps(program), (begun.given, carry)), (_End(program), end)]
-    with ThreadPoolExecutor(len(rest)) as pool:
-        with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
-            for part in rest:
-                pool.submit(program_for, *part)
-        yield
 
 
 def _share(given: Given, carry: Carry) -> float:
@@ -104,12 +81,18 @@ class _Part:
             *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in seen),
         ]
 
-    def held(self) -> dict[str, Any]:
-        return {}
+    def followers(self, given: Any) -> list[tuple[Storable, Any]]:
+        return []
 
 
 class _Start(_Part):
     name = "start"
+
+    def followers(self, given: Any) -> list[tuple[Storable, Any]]:
+        begun: traced.Started = jax.eval_shape(self, given)
+        carry = begun.carry._replace(record=None)
+        end = begun.given, carry.y, begun.bad_starts, carry._replace(history=None)
+        return [(_Steps(self.settings), (begun.given, carry)), (_End(self.settings), end)]
 
     @staticmethod
     def of(settings: Settings, given: Given) -> traced.Started:
@@ -132,8 +115,8 @@ class _End(_Part):
     def of(settings: Settings, given: tuple[Given, Any, Any, Carry]) -> Ending:
         numbers, y0, bad_starts, end = given
         integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, numbers, end))
-        met = jnp.zeros(1, bool)  # invalid known options have already raised
-        return ended(settings, numbers, integrated, met)
+        wrong = jnp.zeros(1, bool)  # invalid known options have already raised
+        return ended(settings, numbers, integrated, wrong)
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))

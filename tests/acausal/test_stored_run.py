@@ -4,6 +4,7 @@ import os
 import pickle
 import subprocess
 import sys
+import threading
 import uuid
 import zlib
 from collections.abc import Callable
@@ -262,7 +263,6 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
 
     def run() -> Any:
         stored_program._program.cache_clear()
-        stored_program._file_of.cache_clear()
         solution = simulate(rc(), 1.0, **options)
         np.testing.assert_allclose(solution["c.v"][-1], last, rtol=rtol)
         return solution
@@ -289,6 +289,26 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     for file in files:
         _program_files.write(file, b"no program")
     assert run().t1 == first.t1
+
+
+def test_the_programs_of_a_first_run_are_compiled_once_and_in_parallel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    other, compiled, threads = str(uuid.uuid4()), stored_program._compiled, dict[str, list[int]]()
+
+    def noted(file: Path, function: Any, *others: Any) -> Any:
+        threads.setdefault(function.name, []).append(threading.get_ident())
+        return compiled(file, function, *others)
+
+    monkeypatch.setattr(programs, "folder", tmp_path)
+    monkeypatch.setattr(made_from, "machine", lambda: other)
+    monkeypatch.setattr(stored_program, "_compiled", noted)
+    stored_program._program.cache_clear()
+    simulate(rc(), 1.0, save="end")
+    assert {name: len(found) for name, found in threads.items()} == dict(start=1, steps=1, end=1)
+    assert threads["start"] == [threading.get_ident()]
+    assert threads["start"] != threads["steps"]
+    assert threads["start"] != threads["end"]
 
 
 WITH_LAPACK = """

@@ -7,12 +7,12 @@ traced and nothing is stored.
 
 import contextlib
 import functools as ft
-import io
 import pickle
 import re
 import threading
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -50,8 +50,8 @@ class Storable(Protocol):
         """
         ...
 
-    def held(self) -> Mapping[str, Any]:
-        """Existing objects in the outputs, referred to by name because not all of them can be stored."""
+    def followers(self, given: Any) -> "Sequence[tuple[Storable, Any]]":
+        """The functions that are called next, with the shapes of their numbers, for numbers with the shapes `given`."""
         ...
 
 
@@ -62,28 +62,12 @@ def result_of(function: Storable, given: Any) -> PyTree:
 
 def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
     """The stored program of the function, if possible, for numbers of the same shapes and structure."""
-    if not _can_be_stored(given):
-        return function
-    program = _program(function, *_structure_and_kinds(given))
-    return function if program is None else lambda given: program(jax.tree.leaves(given))
-
-
-def is_missing(function: Storable, given: Any) -> bool:
-    """Whether the program of a function can be stored but does not exist yet."""
-    if not _can_be_stored(given):
-        return False
-    file = _file_of(function, *_structure_and_kinds(given))
-    return file is not None and not file.exists()
-
-
-def _can_be_stored(given: Any) -> bool:
-    is_usual = not within_transformation() and programs.folder is not None and _is_usual()
-    return is_usual and all(map(_is_plain, jax.tree.leaves(given)))
-
-
-def _structure_and_kinds(given: Any) -> tuple[Any, Kinds]:
     leaves, structure = jax.tree.flatten(given)
-    return structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+    if within_transformation() or programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
+        return function
+    kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+    program = _program(function, structure, kinds)
+    return function if program is None else lambda given: program(jax.tree.leaves(given))
 
 
 def _is_plain(leaf: Any) -> bool:
@@ -105,23 +89,15 @@ def _is_usual() -> bool:
 @ft.lru_cache(maxsize=256)
 def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
     """The program for numbers of these shapes; None if it has no digest."""
-    file = _file_of(function, structure, kinds)
-    if file is None:
-        return None
-    if (found := _loaded(file, function, len(kinds))) is not None:
-        return found
-    return _compiled(file, function, structure, kinds)
-
-
-@ft.lru_cache(maxsize=256)
-def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
-    """The file of a program; None if it has no digest."""
     assert programs.folder is not None
     try:
         key = key_of(function.contents(structure.unflatten(kinds)), structure, kinds)
     except NoFingerprintError:
         return None
-    return programs.folder / f"{function.name}-{key}-program"
+    file = programs.folder / f"{function.name}-{key}-program"
+    if (found := _loaded(file, len(kinds))) is not None:
+        return found
+    return _compiled(file, function, structure, kinds)
 
 
 def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> Program:
@@ -134,17 +110,30 @@ def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> P
         return found
 
     run.__name__ = file.stem.replace("-", "_")  # gives each version its own name in jax's cache, too
-    lowered = jax.jit(run).lower(*(jax.ShapeDtypeStruct(*kind) for kind in kinds))
-    with _loads() as loaded:
-        call = lowered.compile()
+    shapes = [jax.ShapeDtypeStruct(*kind) for kind in kinds]
+    with _compiling(function.followers(structure.unflatten(shapes))):
+        lowered = jax.jit(run).lower(*shapes)
+        with _loads() as loaded:
+            call = lowered.compile()
     n = lowered.out_tree.num_leaves
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
     # A program that jax has loaded from its own cache cannot be serialised. A program that calls libraries other than
     # LAPACK is not stored, because only LAPACK is known to be available when it is loaded again.
     if not loaded and all(name.startswith("lapack_") for name in library) and is_as_imported():
         with contextlib.suppress(Exception):  # storing is optional: the program runs anyway
-            _store(file, _pickled(outputs[0].unflatten(range(n)), function), call, bool(library))
+            parts = (*serialized(call), outputs[0].unflatten(range(n)), bool(library))
+            files.write(file, zlib.compress(pickle.dumps(parts), 1))
     return lambda leaves: outputs[0].unflatten(call(*leaves))
+
+
+@contextlib.contextmanager
+def _compiling(functions: Sequence[tuple[Storable, Any]]) -> Iterator[None]:
+    """Compiles the programs of other functions in parallel, because XLA uses one core for each program."""
+    with ThreadPoolExecutor() as pool:
+        with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
+            for function in functions:
+                pool.submit(program_for, *function)
+        yield
 
 
 @contextlib.contextmanager
@@ -164,45 +153,17 @@ def _loads() -> Any:
         monitoring.unregister_event_listener(note)
 
 
-def _store(file: Path, whole: bytes, call: Any, needs_lapack: bool) -> None:
-    files.write(file, zlib.compress(pickle.dumps((*serialized(call), whole, needs_lapack)), 1))
-
-
-def _loaded(file: Path, function: Storable, n: int) -> Program | None:
+def _loaded(file: Path, n: int) -> Program | None:
     """The program in a file; None if the file does not exist or cannot be read."""
     content = files.read(file)
     if content is None:
         return None
     try:
-        payload, n_outputs, pickled, needs_lapack = pickle.loads(zlib.decompress(content))
+        payload, n_outputs, outputs, needs_lapack = pickle.loads(zlib.decompress(content))
         if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
             jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
         call = deserialized(payload, n, n_outputs)
-        whole = jax.tree.structure(_Reader(io.BytesIO(pickled), function).load())
+        whole = jax.tree.structure(outputs)
     except Exception:  # an unreadable file is written again
         return None
     return lambda leaves: whole.unflatten(call(*leaves))
-
-
-def _pickled(outputs: PyTree, function: Storable) -> bytes:
-    stream = io.BytesIO()
-    _Writer(stream, function).dump(outputs)
-    return stream.getvalue()
-
-
-class _Writer(pickle.Pickler):
-    def __init__(self, stream: io.BytesIO, function: Storable) -> None:
-        super().__init__(stream)
-        self.names = {id(value): name for name, value in function.held().items() if value is not None}
-
-    def persistent_id(self, obj: Any) -> str | None:
-        return self.names.get(id(obj))
-
-
-class _Reader(pickle.Unpickler):
-    def __init__(self, stream: io.BytesIO, function: Storable) -> None:
-        super().__init__(stream)
-        self.held = function.held()
-
-    def persistent_load(self, pid: str) -> Any:
-        return self.held[pid]

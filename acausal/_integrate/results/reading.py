@@ -111,8 +111,8 @@ class Reading:
     def contents(self, given: tuple[Any, Any, Inputs, Any]) -> list[object]:
         return [given[2].given, digest_of(self.system), self.solver, self.layout]
 
-    def held(self) -> dict[str, Any]:
-        return {}
+    def followers(self, given: Any) -> tuple[()]:
+        return ()
 
 
 @ft.partial(jax.jit, static_argnums=0)
