@@ -57,8 +57,9 @@ def own_text(cls: type) -> str:
 
 def parameters(cls: Any) -> Iterator[Row]:
     """The parameters of the constructor."""
+    declarations = _declarations(cls)
     for name, argument in _arguments(cls).items():
-        declaration = _declarations(cls).get(name)
+        declaration = declarations.get(name)
         if declaration is not None and declaration.role == "param":
             unit, default = declaration.unit or "any unit", _default(argument)
             yield Row(name, unit, _range(declaration), default, _meaning(cls, name))
@@ -80,8 +81,9 @@ def parts(cls: Any, of: Any) -> Iterator[Row]:
 def _options(cls: Any) -> Iterator[Row]:
     """The remaining arguments of the constructor, such as the number of segments."""
     known = {name for name, _ in dynamic_fields(cls)} | _declarations(cls).keys() | {"nominal"}
+    hints = _hints(cls.__init__)
     for name, argument in _arguments(cls).items():
-        hint = _hints(cls.__init__).get(name, argument.annotation)
+        hint = hints.get(name, argument.annotation)
         if name not in known:
             kind = "" if hint is Any or hint is argument.empty else inspect.formatannotation(hint).rpartition(".")[2]
             yield Row(name, kind, "", _default(argument), _meaning(cls, name))
@@ -121,9 +123,9 @@ def _units(kind: Any) -> str:
 
 def _declarations(cls: Any) -> dict[str, Declaration]:
     """The declarations of fields, and those inside the annotations of a constructor of its own."""
-    found = {name: _inside(hint) for name, hint in _hints(cls.__init__).items()}
-    found |= {field.name: field.metadata.get("declaration") for field in dataclasses.fields(cls)}
-    found |= {name: _inside(_hints(cls.__init__).get(name)) for name, one in found.items() if one is None}
+    inside = {name: _inside(hint) for name, hint in _hints(cls.__init__).items()}
+    found = inside | {field.name: field.metadata.get("declaration") for field in dataclasses.fields(cls)}
+    found |= {name: inside.get(name) for name, one in found.items() if one is None}
     return {name: declaration for name, declaration in found.items() if declaration is not None}
 
 

@@ -173,7 +173,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
 
 @dataclasses.dataclass(frozen=True)
 class _Nonlinear:
-    """The equations of a non-linear block, as functions of the scaled tearing variables."""
+    """The equations of a nonlinear block, as functions of the scaled tearing variables."""
 
     program: Program
     shapes: tuple[tuple[int, ...], ...]  # of the tearing variables

@@ -28,15 +28,16 @@ Test = Callable[[Array, PyTree], Truth]
 def scaled_root(residual: Residual, starts: Array, args: PyTree, is_inside: Test | None = None) -> Array:
     """A root of a function of unknowns of size 1; NaN if none is found.
 
-    The search starts from each of the `starts`, [tries, unknowns], until it finds a root: by Newton's method;
-    if that fails, or finds a root outside `is_inside(x, args)`, by Powell's method, whose steps stay
-    inside. Neither function may close over numbers of the run. Only the root is differentiated, by the implicit
-    function theorem: at the end of a failed search, the function may have no derivative.
+    The search starts from each of the `starts`, [tries, unknowns], until it finds a root: by Newton's method; if that
+    fails, or finds a root outside `is_inside(x, args)`, by Powell's method, whose steps stay inside. Neither function
+    may close over numbers of the run. Only the root is differentiated, by the implicit function theorem: at the end of
+    a failed search, the function may have no derivative.
     """
 
     held, first = jax.lax.stop_gradient((args, starts))
-    solve = lambda *_: _searched(residual, is_inside, first, held)  # noqa: E731
-    return jax.lax.custom_root(lambda x: residual(x, args), starts[0], solve, _solved)
+    return jax.lax.custom_root(
+        lambda x: residual(x, args), starts[0], lambda *_: _searched(residual, is_inside, first, held), _solved
+    )
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1))

@@ -1,4 +1,4 @@
-"""Roots of starts, nearest points, non-linear blocks and poles: derivatives of any order, in both modes."""
+"""Roots of starts, nearest points, nonlinear blocks and poles: derivatives of any order, in both modes."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, Self

@@ -117,7 +117,7 @@ def test_without_python_control(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.slow
 def test_against_finite_differences() -> None:
-    """A non-linear circuit, away from its equilibrium."""
+    """A nonlinear circuit, away from its equilibrium."""
     model = rectifier(1.0)
     sol = simulate(model, 0.02, rtol=1e-9)
     found = linearise(model, at=sol.final, inputs=["source.V", "diode.saturation"], outputs=[lambda s: s.r.v * s.r.i])

@@ -75,7 +75,7 @@ def test_the_smaller_rosenbrock_method() -> None:
 
 
 class Watched(Component):
-    """Events that read what non-linear equations determine, and set the rate of the state to it."""
+    """Events that read what nonlinear equations determine, and set the rate of the state to it."""
 
     k: Param[Scalar, "1/s"]
     x: Var[Scalar, "1", prefer] = 1.0

@@ -1,4 +1,4 @@
-"""Simultaneous equations: linear and non-linear blocks against other solvers."""
+"""Simultaneous equations: linear and nonlinear blocks against other solvers."""
 
 import jax.numpy as jnp
 import numpy as np
@@ -55,7 +55,7 @@ def test_diode(V: float) -> None:
 
 @pytest.mark.slow
 def test_bank_of_diodes() -> None:
-    """Many alike non-linear blocks, solved side by side."""
+    """Many alike nonlinear blocks, solved side by side."""
     model = Bank(members=stack([rectifier(V) for V in VOLTAGES.tolist()]))
     sol = simulate(model, 0.01, save=jnp.array([0.0]), rtol=1e-8)
     np.testing.assert_allclose(sol.members.item.diode.v[0], [diode_voltage(V) for V in VOLTAGES], rtol=1e-9)
