@@ -25,8 +25,8 @@ PANELS = (
 PARTS: Mapping[str, str] = MappingProxyType(
     {GIVEN: "0.6", PREDICTED: "#0072b2", REFITTED: "#e69f00", NOT_COMPARABLE: "#56b4e9"}
 )  # colours by kind of figure
-TICKS = (-100.0, -50.0, -20.0, -10.0, -5.0, 0.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0)  # %
-WIDEST = 400.0  # %
+TICKS = (-100.0, -50.0, -20.0, -5.0, 0.0, 5.0, 20.0, 50.0, 200.0)  # %
+WIDEST = 600.0  # %
 SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3),
     ("motor.p.i", "motor current [A]", 1.0),
