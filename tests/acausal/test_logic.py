@@ -44,6 +44,17 @@ def _random(rng: np.random.Generator, depth: int) -> Expression:
     ]
 
 
+def test_operations_have_their_truth_tables() -> None:
+    first, second, third = (("holds", k) for k in range(3))
+    for truths in itertools.product([False, True], repeat=3):
+        a, b, c = truths
+        expected = {
+            negation(first): not a, both(first, second): a and b, either(first, second): a or b,
+            differ(first, second): a != b, choice(first, second, third): c if a else b,
+        }  # fmt: skip
+        assert [_truth(expression, truths) for expression in expected] == list(expected.values())
+
+
 @pytest.mark.parametrize("seed", range(20))
 def test_a_circuit_has_the_truths_of_its_expressions(seed: int) -> None:
     rng = np.random.default_rng(seed)

@@ -17,6 +17,7 @@ from acausal import (
     linearise,
     simulate,
 )
+from acausal._analyse.margins import margins
 from components.blocks import Constant, Gain, Sum, TransferFunction
 from components.blocks._interfaces import SISO
 
@@ -71,14 +72,23 @@ def test_margins_in_closed_form(is_part: bool) -> None:
     numerator, denominator = system.transfer_function()
     np.testing.assert_allclose(numerator, [-k], rtol=1e-9)
     np.testing.assert_allclose(denominator, [1.0, 3.0, 3.0, 1.0], rtol=1e-9)
-    margins = system.margins()
+    found = system.margins()
     crossover = np.sqrt(k ** (2.0 / 3.0) - 1.0)
     phase = 180.0 - 3.0 * np.degrees(np.arctan(crossover))
-    np.testing.assert_allclose(margins[:4], [8.0 / k, np.sqrt(3.0), phase, crossover], rtol=1e-9)
-    assert margins.delay == pytest.approx(np.radians(phase) / crossover, rel=1e-9)
+    np.testing.assert_allclose(found[:4], [8.0 / k, np.sqrt(3.0), phase, crossover], rtol=1e-9)
+    assert found.delay == pytest.approx(np.radians(phase) / crossover, rel=1e-9)
     # The loop closed again: 1 + L = 0 at the poles of the model as it is.
     closed = linearise(model, inputs=["loop.demand.k" if is_part else "demand.k"]).poles
     np.testing.assert_allclose(np.polyval(denominator, closed) + k, 0.0, atol=1e-8)
+
+
+@pytest.mark.parametrize(("k", "pole", "zero"), [(0.5, 1.0, 4.0), (3.0, 2.0, 0.1), (0.2, 0.5, -4.0)])
+def test_margins_with_direct_feedthrough(k: float, pole: float, zero: float) -> None:
+    """L(s) = k (s + zero)/(s + pole) has the magnitude 1 where k^2 (w^2 + zero^2) = w^2 + pole^2."""
+    found = margins(([[-pole]], [[1.0]], [[k * (zero - pole)]], [[k]]))
+    crossover = np.sqrt((k**2 * zero**2 - pole**2) / (1.0 - k**2))
+    phase = np.degrees(np.angle(-(1j * crossover + zero) / (1j * crossover + pole)))
+    np.testing.assert_allclose([found.phase, found.gain_crossover], [phase, crossover], rtol=1e-9)
 
 
 def test_the_operating_point_is_that_of_the_closed_loop() -> None:
@@ -91,8 +101,8 @@ def test_the_operating_point_is_that_of_the_closed_loop() -> None:
     system = linearise(model, at=rest, inputs=["demand.k"], outputs=["plant.y.value"], open="controller.y")
     assert system.inputs == ("demand.k", "controller.y")
     assert system.outputs == ("plant.y.value", "controller.y")
-    margins = system.margins("controller.y", "controller.y")
-    assert margins.gain == pytest.approx(8.0 / (2.0 * c * u * k), rel=1e-6)
+    found = system.margins("controller.y", "controller.y")
+    assert found.gain == pytest.approx(8.0 / (2.0 * c * u * k), rel=1e-6)
 
 
 @pytest.mark.parametrize("gain", [0.5, 4.0, 20.0])

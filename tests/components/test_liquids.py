@@ -128,6 +128,14 @@ def test_water_against_tables(celsius: float, density: float, nu: float, vapour:
 TELLUS = ((iso_vg_32, 0.0, 338.0), (iso_vg_46, 0.0, 580.0), (iso_vg_68, 0.0, 1040.0))
 
 
+def test_viscosity_grows_with_pressure() -> None:
+    """Barus; the viscosity of mineral oil doubles within about 350 bar (Murrenhoff, `Grundlagen der Fluidtechnik`)."""
+    for liquid in (iso_vg_32(), iso_vg_46(), transformer_oil()):
+        ratio = liquid.kinematic_viscosity(350e5) / liquid.kinematic_viscosity(0.0)
+        assert ratio == pytest.approx(np.exp(liquid.thickening * 350e5), rel=1e-12)
+        assert ratio == pytest.approx(2.0, rel=0.05)
+
+
 @pytest.mark.parametrize(("liquid", "celsius", "nu"), TELLUS)
 def test_oils_in_the_cold(liquid: Callable[..., Liquid], celsius: float, nu: float) -> None:
     """At the lower end of the range, away from the two points of the law."""

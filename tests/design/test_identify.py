@@ -22,6 +22,7 @@ from acausal import (
     simulate,
 )
 from acausal.design import Experiment, Fit, Normal, identify
+from acausal.design._identify.residual_tests import _whiteness
 from studies.actuators import ema_maxon
 
 TIMES = np.linspace(0.05, 1.5, 30)
@@ -135,6 +136,7 @@ def test_a_prior_adds_what_the_data_do_not_tell() -> None:
     assert fit.rank == 3
     np.testing.assert_allclose(fit.estimates, [1.0, *known.estimates], rtol=1e-5)
     assert fit.std[0] == pytest.approx(0.01, rel=1e-4)
+    assert fit.dof == known.dof  # one parameter and one prior more
     # The stiffness takes over the relative uncertainty of the mass.
     expected = np.hypot(known.std[0], 0.01 * known.estimates[0])
     assert fit.std[1] == pytest.approx(expected, rel=1e-3)
@@ -271,6 +273,13 @@ def test_tests_of_residuals(both: Fit[Rig]) -> None:
     failed = {test.name for test in wrong.tests if not test.passed}
     assert {"size", "whiteness"} <= failed
     assert "unlikely to be noise" in str(wrong)
+
+
+def test_statistic_of_ljung_and_box() -> None:
+    """Residuals that alternate have the autocorrelations -7/8 and 6/8: Q = 8 * 10 (49/64/7 + 36/64/6) = 16.25."""
+    found = _whiteness(np.array([1.0, -1.0] * 4), "link.s_rel")
+    assert found.statistic == pytest.approx(16.25, rel=1e-12)
+    assert found.probability == pytest.approx(np.exp(-0.5 * 16.25), rel=1e-9)  # chi2 with two degrees of freedom
 
 
 def test_pictures_and_text(both: Fit[Rig]) -> None:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _rigs import Rig, rig
-from scipy.stats import chi2, norm
+from scipy.stats import binomtest, chi2, norm
 
 from acausal import (
     Component,
@@ -22,6 +22,7 @@ from acausal import (
     quantity,
     simulate,
 )
+from acausal._units.display import Scale
 from acausal.design import Normal, Samples, Spread, Tolerance, Triangular, Uniform, percentile_of, sensitivities
 from studies.actuators import ema_maxon
 
@@ -297,6 +298,16 @@ def test_a_limit_has_the_unit_of_the_result() -> None:
     )
     with pytest.raises(ParameterError, match="time is in"):
         found.share(high="25 mm")
+
+
+@pytest.mark.parametrize(("inside", "failed"), [(0, 0), (3, 0), (17, 0), (20, 0), (17, 5)])
+def test_a_yield_has_the_interval_of_wilson(inside: int, failed: int) -> None:
+    lost = {"failed": failed} if failed else {}
+    spread = Spread("y", Scale(), "Monte Carlo", 0.0, 1.0, np.arange(20.0), failed=lost, std_error=0.1)
+    found = spread.share(high=inside - 0.5)
+    expected = binomtest(inside, 20 + failed).proportion_ci(method="wilson")
+    assert found.share == pytest.approx(inside / (20 + failed), rel=1e-12)
+    assert (found.low, found.high) == pytest.approx((expected.low, expected.high), rel=1e-9, abs=1e-12)
 
 
 def test_samples_and_indices_without_derivatives_before() -> None:
