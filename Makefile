@@ -4,7 +4,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 export MPLBACKEND := Agg
 
-.PHONY: demo test test-slow lint bench docs clean
+.PHONY: demo test test-slow lint bench docs site clean
 
 demo: $(READY)  ## set up and run the studies of the clutch actuators
 	$(BIN)/python -m studies validate --out output
@@ -27,10 +27,13 @@ bench: $(READY)  ## measure; see benchmarks/
 docs: $(READY)  ## regenerate the pages with computed results
 	$(BIN)/python -m docs
 
+site: $(READY)  ## build the documentation site in site/; fails on a dead link
+	$(BIN)/python -m docs.site
+
 $(READY): pyproject.toml
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install --quiet --editable ".[dev]"
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) output
+	rm -rf $(VENV) output build/pages site

@@ -7,7 +7,7 @@ ModelingToolkitStandardLibrary 2. The laws may differ in form and in parameters.
 
 import types
 
-from .library import exported
+from ._exported import exported
 
 HEADS = ("component", "Modelica.Fluid", "OpenHydraulics", "Simscape (IL)", "ModelingToolkit")
 _SLIDING = "Variable-Displacement Pump"

@@ -1,58 +1,58 @@
-"""The page of the library shows all of it."""
+"""The pages of the library have a card for every component."""
 
 import dataclasses
 import inspect
-import types
+import re
 
 import pytest
 
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
-from docs._execute import DOCS
+from components import hydraulic
+from docs._exported import exported
 from docs._fluid_power import NAMES, table
 from docs._modelica import MODELICA
 from docs._modelingtoolkit import MODELINGTOOLKIT
-from docs.library import exported, listing
+from docs.site._cards import DOMAINS, cards
+from docs.site._pages import Pages
 
-PACKAGES = (blocks, electrical, hydraulic, rotational, thermal, translational)
-page = pytest.mark.parametrize("package", PACKAGES, ids=lambda package: package.__name__)
-
-
-@page
-def test_every_exported_component_is_on_the_page(package: types.ModuleType) -> None:
-    names = {line.split()[0] for line in (DOCS / "library.md").read_text().splitlines() if line[:1].isupper()}
-    assert {item.__name__ for item in exported(package)} <= names
+every_domain = pytest.mark.parametrize("domain", DOMAINS)
 
 
-@page
-def test_every_parameter_is_listed_with_its_unit(package: types.ModuleType) -> None:
-    """Whether it is a field, or an argument of a constructor of its own."""
-    entries = {entry.split()[0]: entry.splitlines()[1:] for entry in listing(package).split("\n\n")}
-    for item in exported(package):
-        shown = {line.split()[0]: line.split(maxsplit=1)[1] for line in entries[item.__name__]}
+def sections(domain: str) -> dict[str, str]:
+    """The cards of a domain by the name of the component."""
+    parts = re.split(r"^### (\w+)$", cards(domain, Pages(), {}), flags=re.MULTILINE)
+    return dict(zip(parts[1::2], parts[2::2], strict=True))
+
+
+@every_domain
+def test_every_component_has_a_card_with_its_parameters_and_its_source(domain: str) -> None:
+    found = sections(domain)
+    assert found.keys() == {item.__name__ for item in exported(DOMAINS[domain])}
+    for item in exported(DOMAINS[domain]):
         fields = {field.name: field.metadata.get("declaration") for field in dataclasses.fields(item)}
         for name in list(inspect.signature(item.__init__).parameters)[1:]:
             declaration = fields.get(name)
             if name not in fields or (declaration is not None and declaration.role == "param"):
-                assert shown.get(name), f"{item.__name__}.{name} is not listed with its unit"
+                assert f"| `{name}` | " in found[item.__name__], f"{item.__name__}.{name} is not on its card"
+        assert f"/{item.__module__.replace('.', '/')}" in found[item.__name__]
 
 
-def test_entries_read_as_they_should() -> None:
-    electric = listing(electrical)
-    assert "Resistor                      Basic.Resistor                          Ohm's law" in electric
-    assert "\n    R                         ohm                                     winding resistance\n" in electric
-    assert "\n    L                         H, optional                             inductance" in electric
-    assert "\n    ports                     p: Pin, n: Pin, shaft: Flange, support: Flange (optional)" in electric
-    assert "\n    parts                     profile: CamProfile" in listing(rotational)
-    assert (
-        "\n    frequency                 Hz                                      frequency (MSL f, freqHz)\n"
-        in listing(blocks)
-    )
+def test_a_card_shows_law_unit_range_energy_and_names_elsewhere() -> None:
+    card = sections("electrical")["Resistor"]
+    assert "<math" in card
+    assert "<mi>v</mi><mo>=</mo><mi>R</mi>" in card
+    assert "| `R` | ohm | nonnegative | resistance |" in card
+    assert "| `p` | Pin | v in V, i in A |" in card
+    assert "`dissipated` | W | R * i ** 2" in card
+    assert "MSL `Modelica.Electrical.Analog.Basic.Resistor`; ModelingToolkit `Electrical.Resistor`" in card
+
+
+def test_a_card_says_what_the_class_that_it_refers_to_says() -> None:
+    assert "`SpringLoadedValve`: " in sections("hydraulic")["ReliefValve"]
 
 
 @pytest.mark.parametrize("domain", MODELICA)
 def test_names_of_other_libraries_belong_to_components(domain: str) -> None:
-    packages = {package.__name__.rpartition(".")[2]: package for package in PACKAGES}
-    here = {item.__name__ for item in exported(packages[domain])}
+    here = {item.__name__ for item in exported(DOMAINS[domain])}
     assert MODELICA[domain].keys() | MODELINGTOOLKIT[domain].keys() <= here
 
 
