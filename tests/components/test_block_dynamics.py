@@ -25,6 +25,7 @@ class Responses(Component):
     second: blocks.SecondOrder
     transfer: blocks.TransferFunction
     proper: blocks.TransferFunction
+    lead: blocks.TransferFunction
     state_space: blocks.StateSpace
 
     def connections(self) -> Connections:
@@ -37,6 +38,7 @@ class Responses(Component):
                 self.second.u,
                 self.transfer.u,
                 self.proper.u,
+                self.lead.u,
                 self.state_space.u[0],
             ),
             connect(self.first.y, self.state_space.u[1]),
@@ -52,6 +54,7 @@ def responses(source: blocks.Constant | blocks.Sine) -> Responses:
         second=blocks.SecondOrder(k=K, w=W, D=D),
         transfer=blocks.TransferFunction(b=B, a=A),
         proper=blocks.TransferFunction(b=[2.0, 1.0], a=[0.5, 0.0]),
+        lead=blocks.TransferFunction(b=[2.0, 1.0], a=[0.5, 0.8]),
         state_space=blocks.StateSpace(
             A=jnp.array([[-1.0, 2.0], [-2.0, -0.5]]),
             B=jnp.array([[1.0, 0.0], [0.5, -1.0]]),
@@ -76,6 +79,7 @@ def test_step_responses(step: Solution) -> None:
     swing = np.cos(W * root * TIMES) + D / root * np.sin(W * root * TIMES)
     np.testing.assert_allclose(step["second.y.value"], 2.0 * K * (1.0 - np.exp(-D * W * TIMES) * swing), atol=1e-8)
     np.testing.assert_allclose(step["proper.y.value"], 2.0 * (4.0 + 2.0 * TIMES), atol=1e-8)
+    np.testing.assert_allclose(step["lead.y.value"], 2.0 * (1.25 + 2.75 * np.exp(-1.6 * TIMES)), atol=1e-8)
 
 
 def test_transfer_function(step: Solution) -> None:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.interpolate import PchipInterpolator
 
 from acausal import Scalar
 from components._tables import monotone_cubic, monotone_cubic_integral
@@ -82,6 +83,13 @@ def curve(values: jax.Array, x: jax.Array) -> tuple[jax.Array, jax.Array, jax.Ar
     y = jax.vmap(lambda x: monotone_cubic(x, KNOTS, values))(x)
     integral, slope = jax.vmap(jax.value_and_grad(lambda x: monotone_cubic_integral(x, KNOTS, values)))(x)
     return jnp.asarray(y), integral, slope
+
+
+@pytest.mark.parametrize("values", [[0.0, 0.3, 0.4, 2.0, 2.5], [1.0, 0.2, 0.9, -1.0, -1.1]])
+def test_monotone_cubic_is_that_of_scipy_between_inner_knots(values: list[float]) -> None:
+    """The same slopes (Fritsch, Butland 1984), with intervals of different lengths; those at the ends differ."""
+    x = np.linspace(KNOTS[1], KNOTS[-2], 50)
+    np.testing.assert_allclose(curve(jnp.array(values), x)[0], PchipInterpolator(KNOTS, values)(x), atol=1e-14)
 
 
 @settings(deadline=None, max_examples=30)

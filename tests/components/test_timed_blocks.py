@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from _rig import Rig
 
-from acausal import Connections, ParameterError, Scalar, connect, simulate
+from acausal import Connections, ParameterError, Scalar, connect, replace, simulate
+from acausal._declare.layout import complete
 from components import blocks
 
 TIMES = np.array([0.0, 0.35, 0.9, 1.7, 2.9])
@@ -110,6 +111,26 @@ def test_sampled_control() -> None:
     assert max(outputs) == 0.9
     np.testing.assert_allclose(solution.parts[1].y.value, outputs, atol=1e-8)
     np.testing.assert_allclose(solution.parts[3].y.value, held, atol=1e-8)
+
+
+def sampled_outputs(k: float, errors: list[float]) -> list[float]:
+    """The outputs of a sampled controller with limits of 0.9 for errors at its samples."""
+    outputs, x = [], 0.0
+    for error in errors:
+        block = blocks.SampledPI(period=0.1, k=k, T=0.4, y_min=-0.9, y_max=0.9)
+        here = complete(replace(block, {"u_s.value": error, "u_m.value": 0.0, "x": x}))
+        changes = here.events()["sample"].changes
+        outputs.append(float(changes["held"]))
+        x = float(changes["x"])
+    return outputs
+
+
+@pytest.mark.parametrize("k", [0.6, -0.6])
+def test_a_sampled_controller_does_not_wind_up(k: float) -> None:
+    """With an error of 1, x stops at 0.5, because 0.6 (1 + x) reaches 0.9; from there it goes on without a delay."""
+    outputs = sampled_outputs(k, [1.0] * 20 + [0.0, -0.4])
+    np.testing.assert_allclose(outputs[:4], np.sign(k) * np.array([0.75, 0.9, 0.9, 0.9]), rtol=1e-12)
+    np.testing.assert_allclose(outputs[-2:], [k * 0.5, 0.0], atol=1e-12)
 
 
 def test_limits_of_a_sampled_controller_are_checked() -> None:

@@ -1,5 +1,6 @@
 """Optimal control against closed forms: Bryson and Ho, Applied Optimal Control (1975), sections 2.2 and 3.9."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import jax.numpy as jnp
@@ -7,7 +8,11 @@ import numpy as np
 import pytest
 
 from acausal import Component, Connections, ModelError, ParameterError, connect, simulate
+from acausal._units.display import Scale
 from acausal.design import control, optimise
+from acausal.design._control import course as courses
+from acausal.design._optimise.entries import LimitedResult
+from acausal.design._problem.limits import Limit
 from components.blocks import Staircase, TimeSeries
 from components.electrical import EMF, Ground, Resistor, SignalVoltage
 from components.rotational import Inertia, ViscousFriction
@@ -62,6 +67,15 @@ def test_soonest_from_rest_to_rest() -> None:
     panels = course.plot("command.y.value", "mass.v", units=["mm/s"]).axes
     assert [panel.get_ylabel() for panel in panels] == ["command.y.value\n[N]", "mass.v\n[mm/s]"]
     assert np.max(panels[0].get_lines()[0].get_ydata()) == FORCE
+
+
+def test_the_gap_of_a_course_is_the_largest_jump(monkeypatch: pytest.MonkeyPatch) -> None:
+    limits = [Limit(name, "==", 0.0, Scale()) for name in ("segments join[0]", "segments join[1]", "place")]
+    results = [LimitedResult(limit, value) for limit, value in zip(limits, (1e-3, -0.2, 5.0), strict=True)]
+    found: Any = SimpleNamespace(model=None, results=results)
+    shooting: Any = SimpleNamespace(solutions=lambda horizon: (), times=lambda horizon: [0.0, 2.0])
+    monkeypatch.setattr(courses, "_of_plant", lambda found, shooting: found)
+    assert courses.course_of(found, shooting).gap == 0.2
 
 
 @pytest.mark.slow

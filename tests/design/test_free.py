@@ -9,6 +9,7 @@ import pytest
 
 from acausal import Array, Component, ModelError, Param, ParameterError, Record, Scalar, Var, Vector, quantity, stack
 from acausal.design import free_parameters
+from acausal.design._problem.limits import limits_of
 
 
 class Table(Record):
@@ -85,6 +86,18 @@ def test_units_are_shown_as_they_were_given() -> None:
     assert bore.scale.value(25.4e-3) == pytest.approx(1.0)
     assert temperature.scale.value(300.0) == pytest.approx(26.85)
     assert temperature.scale.difference(2.0) == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(("sense", "sign"), [("<=", 1.0), (">=", -1.0), ("==", 1.0)])
+@pytest.mark.parametrize("value", [-2.0, 0.0, 5.0])
+def test_a_limit_is_broken_on_one_side_whatever_its_sign(sense: str, sign: float, value: float) -> None:
+    """The violation is relative to the size of the limit, or to 1 for a limit of zero."""
+    _, limit = limits_of({"force": (lambda m: m, f"{sense} {value} N")})["force"]
+    size = abs(value) or 1.0
+    for beyond in (-0.3, 0.3):
+        excess = sign * beyond / size
+        assert limit.constraint(value + beyond) == pytest.approx(excess, rel=1e-12)
+        assert limit.excess(value + beyond) == pytest.approx(abs(excess) if sense == "==" else excess, rel=1e-12)
 
 
 @pytest.mark.parametrize(

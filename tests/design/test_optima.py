@@ -75,6 +75,17 @@ def test_conflict_is_named_with_the_least_infeasible_design() -> None:
     assert "in conflict: time" in str(design)
 
 
+@pytest.mark.parametrize(("equation", "other"), [("== 0.5 m", ">= 0.8 m"), ("== 0.8 m", "<= 0.5 m")])
+def test_an_equation_in_conflict_has_its_share_in_either_direction(equation: str, other: str) -> None:
+    """Both are broken by t of their size at x = 8/13: 2 x - 1 = 1 - x/0.8. The shares are inverse to the slopes."""
+    limits = {"one": (lambda m: m.x, equation), "other": (lambda m: m.x, other)}
+    design = optimise(Valleys(x=0.4), {"x": (0.0, 2.0)}, lambda m: m.height, constraints=limits)
+    assert design.status == "infeasible"
+    assert design.values["x"] == pytest.approx(8.0 / 13.0, rel=1e-6)
+    share = 5.0 / 13.0 if equation.endswith("0.5 m") else 8.0 / 13.0
+    assert design.conflict == pytest.approx({"one": share, "other": 1.0 - share}, rel=1e-6)
+
+
 @pytest.mark.parametrize("sense", ["==", ">="])
 def test_box_of_least_area(sense: str) -> None:
     design = optimise(
