@@ -47,13 +47,15 @@ Simulate and linearise:
     linearise, LinearSystem, TransferFunction, Modes, Shares, Margins
                      Small deviations from an operating point.
 
-Units and files:
+Units, files and reports:
     quantity, magnitude
                      A value in another unit; the number of a quantity in a unit.
     display_unit, displayed
                      The unit in which values are shown.
     save*, load*, about*
                      Write a result to a file, read it, describe it.
+    report*, Table*, Picture*
+                     An HTML file of texts, tables, pictures and results.
 
 Errors and warnings:
     AcausalError     Base class of all errors.
@@ -125,6 +127,9 @@ from ._integrate.simulate import simulate
 from ._integrate.solvers import Rodas3P, Rodas5P
 from ._integrate.start.initialise import initialise
 from ._reduce.jumps import JumpWarning
+from ._report import Picture as Picture
+from ._report import Table as Table
+from ._report import report as report
 from ._save_load import VersionWarning
 from ._save_load import about as about
 from ._save_load import load as load

@@ -42,7 +42,7 @@ def save(file: str | os.PathLike[str], item: object) -> None:
         data = pickle.dumps(item)
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError, jax.errors.JAXTypeError) as error:
         raise ModelError(f"{type(item).__name__} cannot be stored: {error}") from error
-    described = {"kind": type(item).__name__, **_described(item), "versions": _versions()}
+    described = {"kind": type(item).__name__, **_described(item), "versions": versions()}
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr(ABOUT, json.dumps(_plain(described), indent=2) + "\n")
         archive.writestr(DATA, data)
@@ -58,7 +58,7 @@ def load(file: str | os.PathLike[str]) -> Any:
     cannot read it.
     """
     written = about(file)
-    was, now = written["versions"], _versions()
+    was, now = written["versions"], versions()
     other = [f"{name} {version}, not {now.get(name)}" for name, version in was.items() if version != now.get(name)]
     said = f"{file} was written with {', '.join(other)}."
     if other:
@@ -119,7 +119,7 @@ def _entry(file: str | os.PathLike[str], name: str) -> bytes:
         raise ModelError(f"{file} was not written by save(...), or is damaged: {error}.") from error
 
 
-def _versions() -> dict[str, str]:
+def versions() -> dict[str, str]:
     found = {name: importlib.metadata.version(name) for name in PACKAGES}
     return {"python": platform.python_version(), **found}
 

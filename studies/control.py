@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Scalar, simulate
+from acausal import Scalar, Table, simulate
 from acausal.design import Course, control
 from components.blocks import TimeSeries
 
@@ -151,7 +151,7 @@ def _cells(row: Row) -> tuple[str, ...]:
 
 def _report(found: dict[str, dict[str, Course[Any]]], rows: list[Row], out: Path) -> None:
     from ._output import save
-    from ._report import Table, write_report
+    from ._report import write_report
 
     parts = []
     for name, ways in found.items():

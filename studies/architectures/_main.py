@@ -6,6 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 
+from acausal import Table
+
 from .. import validate
 from .._compile import compiled_quickly
 from .._output import ACTUATOR_NAMES, plain_table, print_table, progress, read_json, require_matplotlib, write_json
@@ -132,7 +134,7 @@ def _under(row: Row, condition: str, name: str, factor: float, form: str) -> str
 def report(rows: Sequence[Row], out: Path) -> None:
     """Writes the pictures of all architectures, and one page with them."""
     from .._output import save
-    from .._report import Table, write_report
+    from .._report import write_report
     from ._plot import plot_areas, plot_energies, plot_figures
 
     titles = {item.name: item.title for item in ARCHITECTURES}

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from acausal import Table
+
 from .._output import print_table, progress, require_matplotlib, write_json
 from . import _line, _load, _passages, _profiles, _series, _temperature
 from ._row import HEADS, Row, cells
@@ -42,7 +44,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = RTOL) 
 
 def _report(rows: Sequence[Row], out: Path) -> None:
     from .._output import save
-    from .._report import Table, write_report
+    from .._report import write_report
     from ._plot import PICTURES
 
     parts = []

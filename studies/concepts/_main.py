@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from acausal import Table
 from acausal.design import Choice
 
 from .._output import print_table, progress, require_matplotlib, write_json
@@ -88,7 +89,7 @@ def _report(
     out: Path,
 ) -> None:
     from .._output import save
-    from .._report import Table, write_report
+    from .._report import write_report
     from ._plot import plot_designs
 
     picture = plot_designs(rows, fronts, bought)

@@ -5,10 +5,11 @@ import functools as ft
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
+from acausal import Table
 from acausal.design import Design
 
 from .._output import finished, prices_of, print_table, progress, require_matplotlib, resumed, save, write_json
-from .._report import Table, write_report
+from .._report import write_report
 from ._problems import PROBLEMS
 
 ABOUT = """Parameters of clutch actuators that minimise the opening time within limits.

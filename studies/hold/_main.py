@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from acausal import Solution, displayed
+from acausal import Solution, Table, displayed
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
 from ..actuators import STROKE, SUPPLY, ema_fise, hold
@@ -73,7 +73,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     if json is not None:
         write_json(json, rows, sensitivities=slopes, sweep=leaks, failures=lost)
     if out is not None:
-        from .._report import Table, write_report
+        from .._report import write_report
         from ._plot import plot_energies, plot_runs
 
         pictures = {"hold": plot_runs(runs), "hold_energy": plot_energies(runs, leaks)}

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from acausal import Table
+
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
 from ._minimise import Point
 from ._problems import PROBLEMS, Problem
@@ -94,7 +96,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
 
 
 def _report(outcomes: list[Outcome], cells: list[tuple[str, ...]], out: Path) -> None:
-    from .._report import Table, write_report
+    from .._report import write_report
     from ._plot import plot_optima
 
     picture = plot_optima(outcomes)

@@ -6,6 +6,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from acausal import Table
 from acausal.design import Fit
 
 from .._compile import compiled_quickly
@@ -91,7 +92,6 @@ def _competing(fits: Mapping[Case, Fit[ClutchActuator]]) -> dict[Case, Fit[Clutc
 
 
 def _draw(out: Path, fits: Mapping[Case, Fit[ClutchActuator]], records: Any, tables: Tables) -> None:
-    from .._report import Table as Shown
     from .._report import write_report
     from ._plot import plot_dead_time, plot_plane, plot_proposals
 
@@ -104,6 +104,6 @@ def _draw(out: Path, fits: Mapping[Case, Fit[ClutchActuator]], records: Any, tab
     }
     for name, figure in pictures.items():
         save(figure, out, name)
-    parts = [(table[0], Shown(*table[1:]), []) for table in tables.all()]
+    parts = [(table[0], Table(*table[1:]), []) for table in tables.all()]
     parts += [(*SHOWN[name], [figure]) for name, figure in pictures.items()]
     write_report(out, "prototypes", "Parameters of three prototypes from measurements", parts, ABOUT)

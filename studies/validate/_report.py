@@ -4,10 +4,10 @@ import math
 from collections.abc import Sequence
 from pathlib import Path
 
-from acausal import BondGraph, bond_graph
+from acausal import BondGraph, Table, bond_graph
 
 from .._output import DOMAIN_COLORS, plain_table, save
-from .._report import Table, write_report
+from .._report import write_report
 from ..actuators import sila
 from . import _main as tables
 from ._conflicts import CONFLICTS, NOT_COMPARED

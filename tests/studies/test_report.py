@@ -6,8 +6,9 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from acausal import Table
 from studies._output import save
-from studies._report import Table, write_report
+from studies._report import write_report
 
 
 class Tags(html.parser.HTMLParser):

@@ -1,6 +1,7 @@
 """The solution of a simulation, read by the names of the model."""
 
 import html
+import os
 from collections.abc import Callable, Sequence
 from typing import Any, Generic, TypeVar
 
@@ -22,6 +23,7 @@ from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._extras import DataFrame, Dataset, Panels
 from ..._numbers import Numbers, Scalar
+from ..._report import report
 from ..._save_load import described
 from ..._tracing import is_traced, known
 from ..events.event_history import EventHistory
@@ -390,3 +392,16 @@ class Solution(eqx.Module, Generic[M]):
         from .solution_plot import plot_solution
 
         return plot_solution(self, items, units, events, axes)
+
+    def html(self, path: str | os.PathLike[str] | None = None, *items: Item, units: Sequence[str] = ()) -> str:
+        """A report as one HTML file that loads nothing from elsewhere; returns its text, and writes it to a path.
+
+        It has the outcome of the run, the picture of `plot` with the same `items` and `units`, events, energy, values
+        with units, and the versions and fingerprints that identify the model. `report` combines several results.
+        """
+        return report(f"Solution of {self.system.name}", self._report(items, units), path)
+
+    def _report(self, items: Sequence[Item] = (), units: Sequence[str] = ()) -> dict[str, object]:
+        from .solution_report import parts
+
+        return parts(self, items, units)

@@ -1,12 +1,14 @@
 """Result of a fit to measurements: estimates, intervals, residual tests and profiles."""
 
 import dataclasses
+import os
 
 import numpy as np
 
 from ..._analyse.table import aligned
 from ..._errors import UnknownNameError, suggestion
 from ..._extras import Axes, Panels
+from ..._report import Table, drawn, model_parts, report
 from .estimate import Estimate, M
 from .profile import Profile, profile
 from .residual_tests import ResidualTest, tests_of
@@ -55,19 +57,47 @@ class Fit(Estimate[M]):
         return f"<Fit of {', '.join(self.names)}: chi2 = {self.chi2:.6g}, {self.dof} degrees of freedom>"
 
     def __str__(self) -> str:
+        lines = [aligned(self._estimate_rows), *self._remarks]
+        if len(self.names) > 1:
+            lines += ["correlation", aligned(self._correlation_rows)]
+        lines += [f"indistinguishable: {combination}" for combination in self.indistinguishable]
+        return "\n".join([*lines, *map(str, self.tests)])
+
+    def html(self, path: str | os.PathLike[str] | None = None) -> str:
+        """A report as one HTML file that loads nothing from elsewhere; returns its text, and writes it to a path.
+
+        It has the estimates with intervals, the correlation, the residual tests, the pictures of `plot` and
+        `plot_residuals`, all parameters, and the versions and the fingerprint that identify the fitted model.
+        """
+        return report(f"Fit of {type(self.model).__name__}", self._report(), path)
+
+    def _report(self) -> dict[str, object]:
+        head, *rows = self._estimate_rows
+        unclear = [f"indistinguishable: {combination}" for combination in self.indistinguishable]
+        found: dict[str, object] = {
+            "Estimates": [Table(head, rows), "\n".join([*self._remarks, *unclear])],
+            "Measured and fitted": drawn(self.plot),
+            "Residuals": [drawn(self.plot_residuals), "\n".join(map(str, self.tests))],
+        }
+        if len(self.names) > 1:
+            found["Correlation"] = Table(("", *self.names), self._correlation_rows)
+        return found | model_parts(self.model)
+
+    @property
+    def _estimate_rows(self) -> list[list[str]]:
         share = f"{100 * self.level:g} %"
         head = ["parameter", "unit", "estimate", "std", f"low {share}", f"high {share}", ""]
-        rows = [self._cells(i) for i in range(len(self.names))]
+        return [head, *(self._cells(i) for i in range(len(self.names)))]
+
+    @property
+    def _remarks(self) -> list[str]:
         rank = f"rank {self.rank} of {int(np.sum(~self.at_bound))}"
-        lines = [aligned([head, *rows]), f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
+        found = [f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
         if self.ends:
             near = self.ends[0].chi2 + SAME * max(self.ends[0].chi2, 1.0)
             same = sum(end.chi2 <= near for end in self.ends)
-            lines += [f"{same} of {len(self.ends)} starts lead to this sum of squares"]
-        if len(self.names) > 1:
-            lines += ["correlation", self._correlation_table]
-        lines += [f"indistinguishable: {combination}" for combination in self.indistinguishable]
-        return "\n".join([*lines, *map(str, self.tests)])
+            found += [f"{same} of {len(self.ends)} starts lead to this sum of squares"]
+        return found
 
     def _cells(self, i: int) -> list[str]:
         scale = self._free.variables[i].scale
@@ -77,9 +107,9 @@ class Fit(Estimate[M]):
         return [self.names[i], scale.unit, *(f"{number:.6g}" for number in numbers), bound]
 
     @property
-    def _correlation_table(self) -> str:
+    def _correlation_rows(self) -> list[list[str]]:
         rows = [
             [name, *(f"{value:.3f}" for value in row[: i + 1])]
             for i, (name, row) in enumerate(zip(self.names, self.correlation, strict=True))
         ]
-        return aligned([[*row, *[""] * (len(rows) + 1 - len(row))] for row in rows])
+        return [[*row, *[""] * (len(rows) + 1 - len(row))] for row in rows]

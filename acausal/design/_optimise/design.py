@@ -1,25 +1,26 @@
 """An optimal design with its certificate."""
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Generic, Literal, TypeVar
 
 import numpy as np
 
-from ..._analyse.table import aligned
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._extras import Figure
+from ..._report import Table, drawn, model_parts, report
 from ..._save_load import load, save
 from ..._units.display import Scale
 from .._certificate.curvature import Curvature
 from .._problem.free import Free
+from .certificate_text import as_text, effort, sections, verdict
 from .entries import Active, LimitedResult, Sensitivity, Tried
 
 M = TypeVar("M", bound=Component, covariant=True)
 Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
-SHOWN = 12  # sensitivities in a table
 
 
 @dataclasses.dataclass(frozen=True)
@@ -131,97 +132,24 @@ class Design(Generic[M]):
         return f"<Design of {type(self.model).__name__}: {self.status}, {self._objective}>"
 
     def __str__(self) -> str:
-        return "\n".join(self._lines())
+        return "\n\n".join([f"{self._objective}: {verdict(self)}", *map(as_text, sections(self)), effort(self)])
+
+    def html(self, path: str | os.PathLike[str] | None = None) -> str:
+        """A report as one HTML file that loads nothing from elsewhere; returns its text, and writes it to a path.
+
+        It has the certificate with all its tables, the picture of `plot`, all parameters, and the versions and the
+        fingerprint that identify the design. `report` combines several results.
+        """
+        return report(f"Design of {type(self.model).__name__}", self._report(), path)
+
+    def _report(self) -> dict[str, object]:
+        found: dict[str, object] = {"Certificate": f"{self._objective}: {verdict(self)}\n{effort(self)}"}
+        for section in sections(self):
+            found[section.heading] = [Table(section.rows[0], section.rows[1:]), "\n".join(section.notes)]
+        if self.history:
+            found["Search"] = drawn(self.plot)
+        return found | model_parts(self.model)
 
     @property
     def _objective(self) -> str:
         return f"{self.objective_name} {self.objective_scale.value(self.objective):.6g}{self.objective_scale.text}"
-
-    def _lines(self) -> Iterator[str]:
-        yield f"{self._objective}: {self._verdict}"
-        yield ""
-        yield aligned([("variable", "value", "from", "to", ""), *map(self._variable_row, range(len(self.x)))])
-        if self.idle:
-            yield f"without effect: {', '.join(self.idle)}"
-        if self.results:
-            yield ""
-            yield aligned([("limit", "result", "", "margin", ""), *(result.row() for result in self.results)])
-        if self.active:
-            yield ""
-            head = ("active", f"one unit more buys [{self.objective_scale.unit}]", "")
-            yield aligned([head, *map(self._active_row, self.active)])
-        if self.not_unique:
-            yield f"multipliers not unique, because the gradients depend on each other: {', '.join(self.not_unique)}"
-        if self.unmoved:
-            yield f"active with a zero gradient: {', '.join(self.unmoved)}"
-        if self.sensitivities:
-            yield ""
-            yield self._sensitivity_table()
-        if len(self.optima()) > 1:
-            yield ""
-            yield self._table_of_optima()
-        yield ""
-        yield self._effort
-
-    @property
-    def _verdict(self) -> str:
-        if self.conflict:
-            names = ", ".join(f"{name} ({share:.0%})" for name, share in self.conflict.items())
-            return f"infeasible. No design nearby satisfies all limits; in conflict: {names}."
-        if self.status == "unbounded":
-            return "unbounded: it decreases without limit. Bound the free parameters, or limit a result."
-        broken = [f"{one.limit.name} ({-one.margin:.1%})" for one in self.results if one.is_broken]
-        if broken and self.status == "not converged":
-            text = "the search found no feasible design. This one has the smallest violation"
-            return f"{self.status}, {text}: {', '.join(broken)}."
-        if self.unqualified:
-            return (
-                f"{self.status}: no constraint qualification holds. The gradients of {', '.join(self.unqualified)} "
-                "leave no direction inside these limits, so an optimum here need not have multipliers. Restate the "
-                "limits, for example x == 0 instead of x^2 <= 0."
-            )
-        return f"{self.status}, KKT residual {self.kkt_residual:.1e}, {self.curvature.verdict}"
-
-    def _variable_row(self, i: int) -> tuple[str, ...]:
-        variable = self.free.variables[i]
-        numbers = (f"{variable.scale.value(x):.6g}" for x in (self.x[i], variable.low, variable.high))
-        return variable.name, *numbers, variable.scale.shown
-
-    def _active_row(self, active: Active) -> tuple[str, ...]:
-        return f"{active.name} ({active.side})", f"{self.price(active):.6g}", f"per {active.scale.unit}"
-
-    def _sensitivity_table(self) -> str:
-        ranked = sorted(self.sensitivities, key=lambda row: -abs(row.per_percent))
-        rows = [
-            (
-                row.path, f"{scale.value(row.value):.5g}", scale.unit,
-                f"{self.objective_scale.difference(row.per_percent):+.3g}",
-            )
-            for row in ranked[:SHOWN]
-            for scale in [Scale.of(row.unit)]
-        ]  # fmt: skip
-        more = f"\nand {len(ranked) - SHOWN} that matter less" if len(ranked) > SHOWN else ""
-        head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{self.objective_scale.unit}]")
-        return aligned([head, *rows]) + more
-
-    def _table_of_optima(self) -> str:
-        scales = [variable.scale for variable in self.free.variables]
-        rows = [
-            (
-                f"{design.objective_scale.value(design.objective):.6g}{design.objective_scale.text}",
-                *(f"{scale.value(x):.5g}{scale.text}" for scale, x in zip(scales, design.x, strict=True)),
-                design.status,
-            )
-            for design in self.optima()[1:]
-        ]
-        return aligned([("other optima", *self.free.names, ""), *rows])
-
-    @property
-    def _effort(self) -> str:
-        failed = f", {len(self.failed)} of which could not be computed" if self.failed else ""
-        starts = f"{len(self.others) + 1} starts, " if self.others else ""
-        text = f"{starts}{self.total_evaluations} designs{failed}, {self.total_seconds:.1f} s"
-        if self.failed:
-            reasons = dict.fromkeys(tried.why for tried in self.failed)
-            text += "".join(f"\nstepped back from: {why}" for why in reasons)
-        return text

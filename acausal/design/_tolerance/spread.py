@@ -1,6 +1,7 @@
 """The distribution of a result: moments, percentiles, yield and causes of the variance."""
 
 import dataclasses
+import os
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -12,6 +13,7 @@ from scipy.special import ndtr, ndtri
 from ..._analyse.table import aligned
 from ..._errors import ModelError, ParameterError
 from ..._extras import Axes
+from ..._report import Table, drawn, report
 from ..._units.display import Scale
 from ..._units.quantity import has_unit
 from .._problem.parse import number_in
@@ -34,8 +36,8 @@ class Cause:
     share: float
 
 
-def table_of(result: str, scale: Scale, causes: Sequence[Cause]) -> str:
-    """Table of causes, the largest share first."""
+def _cause_rows(result: str, scale: Scale, causes: Sequence[Cause]) -> list[list[str]]:
+    """Table of causes, the largest share first, below its heads."""
     rows = [
         [
             cause.parameter,
@@ -46,7 +48,7 @@ def table_of(result: str, scale: Scale, causes: Sequence[Cause]) -> str:
         ]
         for cause in sorted(causes, key=lambda cause: -abs(cause.share))
     ]
-    return aligned([[f"variance of {result}", "share", scale.headed("change"), "for std", "unit"], *rows])
+    return [[f"variance of {result}", "share", scale.headed("change"), "for std", "unit"], *rows]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -141,16 +143,39 @@ class Spreads(dict[str, Spread]):
     def __str__(self) -> str:
         return table(list(self.values()))
 
+    def html(self, path: str | os.PathLike[str] | None = None) -> str:
+        """A report as one HTML file that loads nothing from elsewhere; returns its text, and writes it to a path.
+
+        It has the distribution of each result with its picture, failures, and the causes of the variance. `report`
+        combines several results.
+        """
+        return report(f"Tolerances of {', '.join(self)}", self._report(), path)
+
+    def _report(self) -> dict[str, object]:
+        spreads = list(self.values())
+        pictures = [drawn(spread.plot) for spread in spreads if spread.std > 0.0]
+        causes = [_cause_rows(s.result, s.scale, s.causes) for s in spreads if s.causes]
+        notes = "\n".join(_remarks(spreads))
+        found: dict[str, object] = {"Distributions": [Table(_HEAD, [s.row() for s in spreads]), notes, *pictures]}
+        return found | ({"Causes": [Table(rows[0], rows[1:]) for rows in causes]} if causes else {})
+
+
+_HEAD = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
+
 
 def table(spreads: list[Spread]) -> str:
     """Table of distributions, failures and causes of the variance."""
-    head = ["result", "unit", "method", "mean", "std", *(f"{p:g} %" for p in SHOWN), "failed"]
-    lines = [aligned([head, *(spread.row() for spread in spreads)])]
+    lines = [aligned([_HEAD, *(spread.row() for spread in spreads)]), *_remarks(spreads)]
+    return "\n".join([*lines, *(aligned(_cause_rows(s.result, s.scale, s.causes)) for s in spreads if s.causes)])
+
+
+def _remarks(spreads: list[Spread]) -> list[str]:
+    """Reasons of failures, and members that an interrupt left out."""
     failed = next((spread.failed for spread in spreads if spread.failed), {})
-    lines += [f"failed, {number} times: {reason}" for reason, number in failed.items()]
+    lines = [f"failed, {number} times: {reason}" for reason, number in failed.items()]
     if unfinished := max(spread.unfinished for spread in spreads):
         lines.append(f"interrupted: {unfinished} members are missing")
-    return "\n".join([*lines, *(table_of(s.result, s.scale, s.causes) for s in spreads if s.causes)])
+    return lines
 
 
 def _wilson(share: float, n: int) -> tuple[float, float]:
