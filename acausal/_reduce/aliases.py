@@ -108,8 +108,6 @@ def merge(flat: FlatModel) -> Merged:
     """Eliminate the trivial equations.
 
     Raises `StructureError` for a redundant equation.
-
-    Raises `StructureError` for a redundant equation.
     """
     sets = _Sets(flat.n_nodes)
     for a, b in flat.across.tolist():

@@ -4,7 +4,21 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 
-from acausal import Energy, Equations, Param, Record, Requirements, Scalar, Var, Vector, eq, positive, require, shape
+from acausal import (
+    Energy,
+    Equations,
+    Param,
+    ParameterError,
+    Record,
+    Requirements,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    positive,
+    require,
+    shape,
+)
 
 from ._liquids import AnyLiquid
 from ._pipe_friction import PipeFriction
@@ -33,7 +47,11 @@ class FrictionMemory(Record):
         """The slowest of ten terms (Kagawa, Lee, Kitagawa, Takenaka, Trans. JSME 49 (1983), 2638).
 
         Terms with rates 4 nu/d^2 above n c/length, which n segments cannot resolve, only add stiffness.
+
+        Raises `ParameterError` for other than 1 to 10 terms.
         """
+        if terms not in range(1, len(_KAGAWA_RATES) + 1):
+            raise ParameterError(f"FrictionMemory.kagawa has 1 to {len(_KAGAWA_RATES)} terms, got {terms!r}.")
         return cls(weights=jnp.array(_KAGAWA_WEIGHTS[:terms]), rates=jnp.array(_KAGAWA_RATES[:terms]))
 
     @classmethod

@@ -150,6 +150,11 @@ def test_crank_and_slider() -> None:
         },
         rtol=1e-9,
     )
+    # Stretched and folded, crank and rod lie in one line, whose distance to the slider's line is the offset.
+    offset = rotational.CrankSlider(crank=0.04, rod_length=0.13, offset=0.03)
+    dead = {"shaft.phi": np.array([np.arcsin(0.03 / 0.17), np.pi + np.arcsin(0.03 / 0.09)]), "slider.f": -1000.0}
+    reach = [np.sqrt(0.17**2 - 0.03**2), np.sqrt(0.09**2 - 0.03**2)]
+    check_law(offset, dead, {"slider.s": reach, "shaft.tau": 0.0}, rtol=1e-9, atol=1e-9)
     across = rotational.CrankSlider(crank=0.04, rod_length=0.13, shaft=rotational.Flange(phi=0.5 * np.pi))
     np.testing.assert_allclose(jnp.sin(across.rod_angle), 0.04 / 0.13, rtol=1e-12)
     with pytest.raises(ParameterError, match="rod_length must be above crank"):

@@ -151,16 +151,18 @@ RATED: dict[str, Any] = dict(rated_flow=5e-4, rated_drop=3.5e6)
 K = 5e-4 / np.sqrt(3.5e6)
 
 
-@pytest.mark.parametrize(
-    ("u", "open_a", "open_b"), [(0.6, 0.5, 0.0), (-0.6, 0.0, 0.5), (0.1, 0.0, 0.0), (3.0, 1.0, 0.0)]
-)
-def test_four_way_valve(u: float, open_a: float, open_b: float) -> None:
-    """Flow gain of the spool valve: K (u - lap)/(1 - lap) sqrt(dp) at each of the two open edges."""
-    valve = FourWayValve(lap=0.2, lap_return=0.2, transition_pressure=1e-3, **RATED)
+@pytest.mark.parametrize("u", [0.6, -0.6, 0.1, -0.1, 3.0])
+def test_four_way_valve(u: float) -> None:
+    """K (u - lap)/(1 - lap) sqrt(dp) at each open edge, with another lap at the edges to the tank."""
+    valve = FourWayValve(lap=0.2, lap_return=-0.1, transition_pressure=1e-3, **RATED)
     p, t, a, b = 12e6, 1e5, 5e6, 3e6
+
+    def flow(travel: float, lap: float, dp: float) -> float:
+        return K * min(max((travel - lap) / (1.0 - lap), 0.0), 1.0) * np.sqrt(dp)
+
     flows = {
-        "q_pa": K * open_a * np.sqrt(p - a), "q_bt": K * open_a * np.sqrt(b - t),
-        "q_pb": K * open_b * np.sqrt(p - b), "q_at": K * open_b * np.sqrt(a - t),
+        "q_pa": flow(u, 0.2, p - a), "q_bt": flow(u, -0.1, b - t), "q_pb": flow(-u, 0.2, p - b),
+        "q_at": flow(-u, -0.1, a - t),
     }  # fmt: skip
     flows["p.q"] = flows["q_pa"] + flows["q_pb"]
     flows["a.q"] = flows["q_at"] - flows["q_pa"]
@@ -168,12 +170,12 @@ def test_four_way_valve(u: float, open_a: float, open_b: float) -> None:
 
 
 def test_underlap_and_leakage() -> None:
-    """An open centre lets pass at rest, K 0.1/1.1 sqrt(dp) at both edges of a; leakage comes on top."""
+    """An open centre lets pass at rest, K 0.1/1.1 sqrt(dp) and K 0.3/1.3 sqrt(dp); leakage comes on top."""
     for leakage in (0.0, 0.05):
-        valve = ThreeWayValve(lap=-0.1, lap_return=-0.1, leakage=leakage, transition_pressure=1e-3, **RATED)
-        share = K * (0.1 / 1.1 + leakage)
+        valve = ThreeWayValve(lap=-0.1, lap_return=-0.3, leakage=leakage, transition_pressure=1e-3, **RATED)
+        supply, drain = K * (0.1 / 1.1 + leakage), K * (0.3 / 1.3 + leakage)
         given: dict[str, Any] = {"u.value": 0.0, "p.p": 9e6, "t.p": 0.0, "a.p": 4e6}
-        check_law(valve, given, {"q_pa": share * np.sqrt(5e6), "q_at": share * np.sqrt(4e6)}, rtol=1e-9)
+        check_law(valve, given, {"q_pa": supply * np.sqrt(5e6), "q_at": drain * np.sqrt(4e6)}, rtol=1e-9)
 
 
 def test_pressure_valves() -> None:

@@ -276,3 +276,10 @@ def test_bad_arguments(change: dict, text: str) -> None:
 def test_memory_of_another_length_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"^FrictionMemory\.weights must be one-dimensional"):
         FrictionMemory(weights=jnp.ones(2), rates=jnp.ones(3))
+
+
+@pytest.mark.parametrize("terms", [0, 11, 2.5, -1])
+def test_terms_that_a_memory_lacks_are_refused(terms: Any) -> None:
+    assert len(FrictionMemory.kagawa(10).weights) == 10
+    with pytest.raises(ParameterError, match=rf"^FrictionMemory\.kagawa has 1 to 10 terms, got {terms}"):
+        FrictionMemory.kagawa(terms)
