@@ -1,14 +1,31 @@
 """The energy account of a run, and integrals beside the states."""
 
 import dataclasses
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import pytest
 from _models import oscillator, rc
 
 from acausal import Array as Parts
-from acausal import Component, Connections, ModelError, Solution, connect, repeat, simulate
+from acausal import (
+    Component,
+    Connections,
+    Discrete,
+    Energy,
+    Equations,
+    Events,
+    ModelError,
+    Param,
+    Scalar,
+    Solution,
+    Var,
+    connect,
+    eq,
+    repeat,
+    simulate,
+    when,
+)
 from components.electrical import ConstantVoltage, DCMotor, Ground
 from components.rotational import Inertia, Spring, SpringDamper
 
@@ -126,3 +143,32 @@ def test_members_of_an_array_are_summed() -> None:
     np.testing.assert_allclose(kinetic, np.sum(sol.final.masses.item.w**2) - before, rtol=1e-9)
     assert kinetic < -0.1
     np.testing.assert_allclose(kinetic + elastic, 0.0, atol=1e-8)
+
+
+class Braked(Component):
+    """A mass whose speed is halved at 1 m, and a count of that."""
+
+    m: Param[Scalar, "kg"] = 2.0
+    x: Var[Scalar, "m"] = 0.0
+    v: Var[Scalar, "m/s"] = 2.0
+    is_braked: Discrete[Scalar, "1"] = 0.0
+    count: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.x, self.v), newton=eq(d.v, 0.0 * self.v, check_units=False))
+
+    def events(self) -> Events:
+        return dict(
+            brake=when(self.x > 1.0, v=0.5 * self.v, is_braked=1.0),
+            note=when(self.is_braked > 0.5, count=self.count + 1.0, is_braked=0.0),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(stored=0.5 * self.m * self.v**2)
+
+
+def test_an_event_loses_the_energy_and_those_that_it_triggers_do_not() -> None:
+    sol = simulate(Braked(), 1.0, energy=True, save="end")
+    assert sol.final.count == 1.0
+    assert sol.energy.events == pytest.approx({"brake": 3.0, "note": 0.0}, abs=1e-9)
+    assert abs(sol.energy.imbalance) < 1e-9

@@ -26,6 +26,14 @@ def test_what_normal_equations_lose_is_kept() -> None:
     np.testing.assert_allclose(least_squares(vander, vander @ coefficients), coefficients, rtol=1e-8)
 
 
+def test_a_column_that_is_nearly_a_unit_vector_cancels_nothing() -> None:
+    """x + 1e-6 y is least for x = (1 + 1e-6 1e6)/(1 + 1e-12); the first reflection must not subtract equal numbers."""
+    for small in (1e-3, 1e-6, 1e-9):
+        for sign in (1.0, -1.0):
+            a, b = jnp.array([[sign], [small]]), jnp.array([[1.0], [1.0 / small]])
+            np.testing.assert_allclose(least_squares(a, b), (sign + 1.0) / (1.0 + small**2), rtol=1e-14, atol=1e-15)
+
+
 def test_no_call_of_lapack_is_compiled() -> None:
     assert "custom_call" not in jax.jit(least_squares).lower(jnp.ones((4, 2)), jnp.ones((4, 1))).as_text()
 

@@ -1,7 +1,10 @@
 """Conditions as circuits: against python's own logic, over all truth values."""
 
 import itertools
+import operator
+from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -18,6 +21,7 @@ from acausal._reduce.logic import (
     mapped,
     negation,
 )
+from acausal._reduce.margins import relations
 
 N = 4
 
@@ -53,6 +57,20 @@ def test_operations_have_their_truth_tables() -> None:
             differ(first, second): a != b, choice(first, second, third): c if a else b,
         }  # fmt: skip
         assert [_truth(expression, truths) for expression in expected] == list(expected.values())
+
+
+@pytest.mark.parametrize("relation", [operator.gt, operator.ge, operator.lt, operator.le])
+@pytest.mark.parametrize(("a", "b"), [(1.0, 2.0), (2.0, 1.0), (2.0, 2.0), (0.0, 0.0)])
+def test_a_margin_has_the_sign_of_its_relation_and_a_slope(relation: Any, a: float, b: float) -> None:
+    """Also between equal numbers."""
+
+    def margin(a: Any, b: Any) -> Any:
+        found, _ = relations(jax.make_jaxpr(lambda a, b: relation(a, b))(a, b), [a, b])
+        return found.margins[0]
+
+    assert (margin(jnp.asarray(a), jnp.asarray(b)) > 0.0) == relation(a, b)
+    slope = 1.0 if relation in (operator.gt, operator.ge) else -1.0
+    assert jax.grad(margin, (0, 1))(a, b) == (slope, -slope)
 
 
 @pytest.mark.parametrize("seed", range(20))

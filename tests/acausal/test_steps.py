@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Equations, Scalar, Var, eq, simulate
+from acausal import Component, Equations, Events, Param, Scalar, Var, Vector, at, eq, simulate
 from acausal._integrate.step import adjoint
 from acausal._integrate.step.adjoint import nested_loop
 from acausal._integrate.step.controller import PER_OCTAVE, on_grid
@@ -49,6 +49,26 @@ def test_step_sizes_lie_on_a_grid() -> None:
     assert np.all(np.abs(np.log2(got / sizes)) <= 0.5 / PER_OCTAVE + 1e-9)
     # What differs by rounding comes out the same.
     assert np.all([float(on_grid(size * (1.0 + 1e-12))) for size in sizes] == got)
+
+
+class Marked(Component):
+    """A decay, with pairs of instants that lie close together."""
+
+    times: Param[Vector, "s"]
+    x: Var[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.x, check_units=False))
+
+    def events(self) -> Events:
+        return dict(mark=at(self.times))
+
+
+def test_a_step_cut_short_by_an_instant_does_not_shorten_the_next_one() -> None:
+    pairs = np.linspace(0.1, 2.0, 20)[:, None] + [0.0, 1e-7]
+    solution = simulate(Marked(times=jnp.asarray(pairs.ravel())), 2.5, save="end", rtol=1e-6)
+    assert solution.final.x == pytest.approx(np.exp(-2.5), rel=1e-5)
+    assert solution.stats["num_steps"] < 2.5 * len(pairs)
 
 
 class Robertson(Component):
