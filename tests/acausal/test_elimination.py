@@ -52,12 +52,16 @@ def test_derivatives_in_both_modes(n: int) -> None:
     check_grads(lambda a, b: _solution(a, b, *structure), (matrix, constant), order=2, modes=["fwd", "rev"])
 
 
-def test_coefficients_of_very_different_sizes() -> None:
+@pytest.mark.parametrize("n", [2, 3, 5])
+def test_coefficients_of_very_different_sizes(n: int) -> None:
     """Conductances of open and closed diodes: the residual is as small as rounding of the terms allows."""
-    rng = np.random.default_rng(2)
+    rng, none = np.random.default_rng(2), np.zeros((n, n), bool)
+    solution = jax.jit(lambda a, b: _solution(a, b, none, none[0]))
     for _ in range(10):
-        matrix, constant = rng.normal(size=(5, 5)) * 10.0 ** rng.uniform(-9, 3, (5, 5)), rng.normal(size=5)
-        none = np.zeros((5, 5), bool)
-        found = np.asarray(jax.jit(lambda a, b, none=none: _solution(a, b, none, none[0]))(matrix, constant))
+        matrix, constant = rng.normal(size=(n, n)) * 10.0 ** rng.uniform(-9, 3, (n, n)), rng.normal(size=n)
+        found = np.asarray(solution(matrix, constant))
         terms = np.abs(matrix) @ np.abs(found) + np.abs(constant)
         assert (np.abs(matrix @ found + constant) <= 1e-13 * terms).all()
+    # Coefficients that happen to be zero are no pivots.
+    turned = np.roll(np.eye(n), 1, axis=0)
+    np.testing.assert_allclose(solution(turned, np.arange(n) + 1.0), -np.linalg.solve(turned, np.arange(n) + 1.0))

@@ -5,9 +5,11 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Equations, Param, Scalar, Time, Var, eq, simulate
+from acausal._reduce.instants import instants
 
 Knots = Float[Array, "6"]
 Steps = Float[Array, "7"]
@@ -91,3 +93,28 @@ def test_gradients_by_knots_and_samples() -> None:
     wanted = jax.jit(jax.vmap(jax.jacrev(exactly, argnums=(0, 1, 2))))(knots, values, steps)
     for a, b in zip(found, wanted, strict=True):
         np.testing.assert_allclose(a, b, rtol=1e-8, atol=1e-8)
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(
+    "function",
+    [
+        lambda t: jnp.floor(2.0 * t + 0.3), lambda t: jnp.ceil(0.3 - 1.5 * t), lambda t: jnp.round(2.0 * t + 0.3),
+        lambda t: jnp.sign(t - 0.4), lambda t: jnp.trunc(1.7 * t + 0.2), lambda t: jnp.floor(jnp.mod(t, 0.7) / 0.35),
+        lambda t: jnp.where(2.0 * t > 0.8 - t, 1.0, 0.0),
+    ],
+    ids=["floor", "ceil", "round", "sign", "trunc", "mod", "where"],
+)  # fmt: skip
+def test_a_function_of_steps_is_constant_up_to_its_next_instant_and_changes_there(
+    function: Any, direction: float
+) -> None:
+    found = instants(jax.make_jaxpr(function)(0.0), ["time"], [()])
+    assert found is not None
+    end, change = 0.05 + 2.0 * direction, direction * np.inf
+    changes = np.diff(jax.vmap(function)(jnp.linspace(0.05, end, 2001))) != 0.0
+    if np.any(changes):
+        change = 0.05 + 1e-3 * direction * (0.5 + np.argmax(changes))
+    instant = 0.05
+    while direction * (change - instant) > 1e-3:  # some comparisons change nothing
+        instant = float(found.following(jnp.asarray(instant), [], jnp.asarray(direction)))
+    assert instant == change or abs(instant - change) < 1e-3

@@ -26,7 +26,7 @@ from acausal import (
     prefer,
     structure,
 )
-from acausal._analyse.modes import Shares
+from acausal._analyse.modes import Shares, modes_of
 from acausal._analyse.redundant import curvature, reduced
 from components import translational
 from components.rotational import Flange, Inertia
@@ -71,6 +71,20 @@ def test_damped_oscillator() -> None:
     np.testing.assert_allclose(modes.damping_ratio, d / (2 * np.sqrt(m * c)), rtol=1e-13)
     np.testing.assert_allclose(modes.time_constant, 2 * m / d, rtol=1e-13)
     np.testing.assert_allclose(modes.participation.values, 0.5 / np.sqrt(1 - d**2 / (4 * m * c)), rtol=0.05)
+
+
+def test_shares_of_all_states_in_a_mode_sum_to_one() -> None:
+    """Also if modes and states differ, so that the shares of a state do not; they do not depend on units."""
+    A, sizes = np.array([[-1.0, 20.0, 0.0], [-5.0, -0.5, 3.0], [0.0, 0.2, -4.0]]), np.array([1.0, 10.0, 1e-3])
+    names = ("x", "y", "z")
+    shares = modes_of(jnp.asarray(A), np.ones(3), names).participation.values
+    np.testing.assert_allclose(shares.sum(axis=0), 1.0, rtol=1e-12)
+    assert np.max(np.abs(shares.sum(axis=1) - 1.0)) > 1e-3
+    poles, right = np.linalg.eig(A)
+    weights = np.abs(right * np.linalg.inv(right).T)[:, np.argsort(np.abs(poles), kind="stable")]
+    np.testing.assert_allclose(shares, weights / np.sum(weights, axis=0), rtol=1e-9)
+    scaled = modes_of(jnp.asarray(A / sizes[:, None] * sizes), sizes, names).participation.values
+    np.testing.assert_allclose(scaled, shares, rtol=1e-9)
 
 
 def test_participation_of_a_motor() -> None:

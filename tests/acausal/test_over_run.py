@@ -37,6 +37,13 @@ def test_integral_through_events_is_exact() -> None:
     np.testing.assert_allclose(solution.integral(lambda s: s.h), area(E0), rtol=1e-9)
 
 
+def test_integral_of_a_run_backwards() -> None:
+    """Of v = 5 (1 - exp(-10 t)), which was -5 (e - 1) at -0.1 s: -0.1 * 5 - 0.5 (1 - e)."""
+    solution = simulate(rc(), -0.1, integrals=lambda s: s.c.v, rtol=1e-10)
+    exact = -0.5 - 0.5 * (1.0 - np.e)
+    np.testing.assert_allclose([solution.integral(lambda s: s.c.v), solution.integrals[-1]], exact, rtol=1e-8)
+
+
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivative_of_an_integral(mode: Any) -> None:
     """That by the restitution, from its closed form; the run ends at a time that is fixed."""

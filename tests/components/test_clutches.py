@@ -9,6 +9,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from acausal import Component, Connections, connect, replace, simulate
+from acausal.testing import check_law
+from components import translational
 from components.blocks import Sine
 from components.rotational import Brake, Clutch, Inertia, SignalTorque
 
@@ -111,3 +113,21 @@ def test_derivatives_of_the_speeds() -> None:
     ahead, behind = (np.asarray(final(at + step)) for step in (1e-4, -1e-4))
     np.testing.assert_allclose(forward, reverse, rtol=1e-9)
     assert forward == pytest.approx((ahead - behind) / 2e-4, rel=1e-5, abs=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("pressed", "effort", "speed"),
+    [
+        (Clutch(mu=0.4, fn_max=500.0, cgeo=0.3), "a.tau", "w"),
+        (Brake(mu=0.4, fn_max=500.0, cgeo=0.3), "flange.tau", "w"),
+        (translational.Brake(mu=0.4, fn_max=500.0, cgeo=0.3), "flange.f", "v"),
+    ],
+    ids=["Clutch", "Brake", "translational.Brake"],
+)
+def test_sliding_friction_is_that_of_all_surfaces(pressed: Any, effort: str, speed: str) -> None:
+    """mu cgeo u fn_max, against the motion."""
+    for mode in (1.0, -1.0):
+        sliding = replace(pressed, {"mode": mode})
+        friction = mode * 0.4 * 0.3 * 0.7 * 500.0
+        size = friction * (-1.0 if effort == "a.tau" else 1.0)
+        check_law(sliding, {"u.value": 0.7, speed: 2.0 * mode}, {effort: size})

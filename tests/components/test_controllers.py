@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Connections, Scalar, connect, simulate
+from acausal.testing import check_law
 from components import blocks
 
 TIMES = np.linspace(0.0, 6.0, 25)
@@ -130,3 +131,17 @@ def test_gradient_through_the_limits() -> None:
     forward = jax.jacfwd(at_end)(k)
     np.testing.assert_allclose(forward, difference, rtol=1e-4)
     np.testing.assert_allclose(jax.grad(at_end)(k), forward, rtol=1e-9)
+
+
+def test_setpoint_weights() -> None:
+    """They act on the set point alone: not on the measured value, the integral or the filter of the derivative."""
+    given = {"u_s.value": 3.0, "u_m.value": 1.2, "x": 0.5}
+    limits: dict[str, Any] = dict(k=2.0, Ti=0.7, y_min=-50.0, y_max=50.0)
+    proportional = 0.4 * 3.0 - 1.2 + 0.5
+    check_law(blocks.LimPI(wp=0.4, **limits), given, {"y_unlimited": 2.0 * proportional, "der(x)": 1.8 / 0.7})
+    lead = 0.3 * 3.0 - 1.2 - 0.1
+    check_law(
+        blocks.LimPID(wp=0.4, wd=0.3, Td=0.2, Nd=8.0, **limits),
+        given | {"x_d": 0.1},
+        {"y_unlimited": 2.0 * (proportional + 8.0 * lead), "der(x_d)": 8.0 * lead / 0.2},
+    )

@@ -128,6 +128,14 @@ def test_water_against_tables(celsius: float, density: float, nu: float, vapour:
 TELLUS = ((iso_vg_32, 0.0, 338.0), (iso_vg_46, 0.0, 580.0), (iso_vg_68, 0.0, 1040.0))
 
 
+@pytest.mark.parametrize("temperature", [273.15, 288.15, 343.15])
+def test_oil_softens_with_heat_and_stiffens_under_pressure(temperature: float) -> None:
+    """K = K_ref exp(-softening (T - T_ref)) + m p, without air."""
+    oil = iso_vg_46(temperature=temperature, air=1e-9)
+    modulus = 1.8e9 * np.exp(-4e-3 * (temperature - 288.15)) + 10.0 * 2e7
+    assert oil.bulk_modulus_at(2e7) == pytest.approx(modulus, rel=1e-6)
+
+
 def test_viscosity_grows_with_pressure() -> None:
     """Barus; the viscosity of mineral oil doubles within about 350 bar (Murrenhoff, `Grundlagen der Fluidtechnik`)."""
     for liquid in (iso_vg_32(), iso_vg_46(), transformer_oil()):
