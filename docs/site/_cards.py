@@ -1,7 +1,6 @@
 """Cards of the components of the library: a section of Markdown for each class, by family."""
 
 import functools as ft
-import html
 import inspect
 import re
 import types
@@ -11,6 +10,7 @@ from typing import Any
 
 from acausal import Component, Record
 from acausal._declare.class_card import Row, card_of, own_text
+from acausal._show.symbol import DARK, symbol_svg
 from components import blocks, electrical, hydraulic, rotational, thermal, translational
 
 from .._execute import ROOT
@@ -19,8 +19,10 @@ from .._fluid_power import HEADS, NAMES
 from .._modelica import MODELICA
 from .._modelica import PACKAGES as MODELICA_PACKAGES
 from .._modelingtoolkit import MODELINGTOOLKIT, MODULES
+from ._examples import Example, examples
 from ._formulas import law
-from ._pages import Pages
+from ._pages import Pages, SiteError
+from ._programs import program
 from ._tables import table
 
 DOMAINS = {
@@ -62,8 +64,11 @@ def _families(package: types.ModuleType) -> dict[str, list[type]]:
 
 
 def _card(cls: type, domain: str, pages: Pages) -> Iterator[str]:
+    example = examples(domain).get(cls.__name__)
+    if example is None:
+        raise SiteError(f"{domain}.{cls.__name__} has no example. Add one to docs/site/examples/{domain}.py.")
     card = card_of(cls)
-    yield f"\n### {card.name}\n\n{symbol(cls)}\n"
+    yield f"\n### {card.name}\n\n{_symbol(cls)}\n"
     for text in (card.text, *_said_by_bases(cls, card.text)):
         yield f"{_linked(text, card.name, domain)}\n"
     yield from law(cls)
@@ -74,8 +79,17 @@ def _card(cls: type, domain: str, pages: Pages) -> Iterator[str]:
             yield f"\n**{heading}**\n\n{table(_COLUMNS[heading], [_row(row) for row in rows])}"
     if names := "; ".join(_elsewhere(cls.__name__, domain)):
         yield f"\n**In other libraries**: {names}\n"
+    yield from _example(example)
     file, line = _place(cls)
     yield f"\n**Source**: [{file}]({pages.source(file, line, f'library/{domain}.md')})\n"
+
+
+def _example(example: Example) -> Iterator[str]:
+    """The instance, and the program that runs it, folded."""
+    yield f"\n**Example**\n\n```python\n{example.code}\n```\n"
+    if code := program(example):
+        yield '<details class="program" markdown="1">\n<summary>In a circuit</summary>\n'
+        yield f"```python\n{code}\n```\n\n</details>\n"
 
 
 def _said_by_bases(cls: type, text: str) -> Iterator[str]:
@@ -85,9 +99,11 @@ def _said_by_bases(cls: type, text: str) -> Iterator[str]:
             yield f"`{base.__name__}`: {own_text(base)}"
 
 
-def symbol(cls: type) -> str:
-    """The symbol of a component: a box with its name."""
-    return f'<div class="symbol"><span>{html.escape(cls.__name__)}</span></div>'
+def _symbol(cls: type) -> str:
+    """The symbol of a component, in the colour of the text."""
+    if not issubclass(cls, Component):
+        return ""
+    return f'<div class="symbol">{symbol_svg(cls).replace(DARK, "currentColor")}</div>'
 
 
 def _row(row: Row) -> tuple[str, ...]:

@@ -98,8 +98,7 @@ class _Writer:
         *path, name = _path(node)
         if path[0] in _MODULES:
             return _symbol(name)
-        shown = _symbol(name, ".".join(path[1:]))
-        return f"<mover><mrow>{shown}</mrow><mo>˙</mo></mover>" if path[0] == self.rates else shown
+        return _symbol(name, ".".join(path[1:]), with_dot=path[0] == self.rates)
 
     def call(self, function: ast.expr, arguments: list[ast.expr]) -> tuple[str, int]:
         name = _path(function)[-1] if isinstance(function, ast.Name | ast.Attribute) else ""
@@ -152,10 +151,11 @@ def _is_word(node: ast.expr) -> bool:
     return isinstance(node, ast.Call | ast.Constant) or (len(base) > 1 and base not in _GREEK)
 
 
-def _symbol(name: str, part: str = "") -> str:
+def _symbol(name: str, part: str = "", *, with_dot: bool = False) -> str:
     base, *rest = name.strip("_").split("_")
     index = ",".join([part] * bool(part) + [_GREEK.get(one, one) for one in rest])
     shown = f"<mi>{html.escape(_GREEK.get(base, base))}</mi>"
+    shown = f"<mover>{shown}<mo>˙</mo></mover>" if with_dot else shown
     return f"<msub>{shown}<mtext>{html.escape(index)}</mtext></msub>" if index else shown
 
 

@@ -1,18 +1,23 @@
 """The pages of the library have a card for every component."""
 
+import ast
 import dataclasses
 import inspect
 import re
+from typing import Any
 
 import pytest
 
+from acausal import check
 from components import hydraulic
 from docs._exported import exported
 from docs._fluid_power import NAMES, table
 from docs._modelica import MODELICA
 from docs._modelingtoolkit import MODELINGTOOLKIT
 from docs.site._cards import DOMAINS, cards
+from docs.site._examples import examples
 from docs.site._pages import Pages
+from docs.site._programs import program
 
 every_domain = pytest.mark.parametrize("domain", DOMAINS)
 
@@ -46,6 +51,18 @@ def test_a_card_shows_law_unit_range_energy_and_names_elsewhere() -> None:
     assert "MSL `Modelica.Electrical.Analog.Basic.Resistor`; ModelingToolkit `Electrical.Resistor`" in card
 
 
+def test_equations_of_an_optional_port_say_so() -> None:
+    card = sections("rotational")["IdealGear"]
+    assert "<mtext> without support</mtext>" in card
+    assert "<mtext> with support</mtext>" in card
+
+
+def test_equations_that_are_no_formulas_are_shown_as_code() -> None:
+    card = sections("blocks")["WeightedSum"]
+    assert "```python\ndef equations(self" in card
+    assert "<math" not in card
+
+
 def test_a_card_says_what_the_class_that_it_refers_to_says() -> None:
     assert "`SpringLoadedValve`: " in sections("hydraulic")["ReliefValve"]
 
@@ -61,3 +78,32 @@ def test_names_of_fluid_power_are_those_of_all_components() -> None:
     lines = table(hydraulic).splitlines()
     assert any(line.split() == ["LoadSensingPump", "-", "PCLSPump", "-", "-"] for line in lines)
     assert "Jet Pump" in lines[-2]
+
+
+@every_domain
+def test_every_component_and_record_has_one_example(domain: str) -> None:
+    found = examples(domain)
+    assert found.keys() == {item.__name__ for item in exported(DOMAINS[domain])}
+    for name, example in found.items():
+        assert example.code.startswith(name)
+        ast.parse(program(example))
+
+
+def test_a_program_puts_a_component_between_partners_of_its_ports() -> None:
+    code = program(examples("rotational")["IdealGear"])
+    assert "from components.rotational import ConstantTorque, IdealGear, Inertia, ViscousFriction" in code
+    assert "connect(self.rotor.b, self.part.a)," in code
+    assert "connect(self.part.b, self.load.a)," in code
+    assert "    part=IdealGear(ratio=20.0),\n" in code
+    assert program(examples("rotational")["MeshLoss"]) == ""
+    assert "part.u[2], self.signal_" in program(examples("blocks")["WeightedSum"])
+
+
+@pytest.mark.slow
+@every_domain
+def test_programs_of_examples_are_models_without_errors(domain: str) -> None:
+    for name, example in examples(domain).items():
+        if code := program(example):
+            values: dict[str, Any] = {"__name__": "docs_example"}
+            exec(code.replace("solution = ", "run = lambda: "), values)
+            assert not check(values["example"]).problems, name
