@@ -5,13 +5,16 @@ from typing import Any, TypeVar
 
 import jax
 
-from .._errors import ModelError, UnitError, suggestion
+from .._errors import ModelError, ParameterError, UnitError, suggestion
 from .._units.parsing import UnknownUnit, parsed, quotient
 from .annotations import Declaration
+from .array import Array
 from .component import Component
 from .converters import CONVERTERS
+from .fields import dynamic_fields, join, parts_of
 from .layout import rebuilt
-from .node import leaves_of
+from .node import Node, leaves_of
+from .requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
 M = TypeVar("M", bound=Component)
@@ -61,7 +64,8 @@ def replace(model: M, values: Mapping[str, object]) -> M:
 
     None removes a start value.
 
-    Raises `ModelError` for an unknown name.
+    Raises `ModelError` for an unknown name. Raises `ParameterError` for a value that the constructor of its component
+    would refuse; a run checks the relations between parameters of a member of an array.
     """
     known = {leaf.path for leaf in leaves_of(model)}
     if not isinstance(values, Mapping):
@@ -75,4 +79,20 @@ def replace(model: M, values: Mapping[str, object]) -> M:
             return value
         return CONVERTERS[declaration.role](values[path], unit=declaration.unit, where=path)
 
-    return rebuilt(model, new)
+    changed = rebuilt(model, new)
+    _check(changed, "", list(values))
+    return changed
+
+
+def _check(node: Node, path: str, names: Iterable[str], *, is_stacked: bool = False) -> None:
+    """Raise `ParameterError` if a node that holds one of the named leaves violates a requirement.
+
+    Parts come first, as in construction. The members of an array have stacked leaves, on which only the declared ranges
+    are evaluated.
+    """
+    for name, declaration in dynamic_fields(type(node)):
+        for at, part in parts_of(getattr(node, name), name) if declaration is None else ():
+            if below := [other.removeprefix(f"{at}.") for other in names if other.startswith(f"{at}.")]:
+                _check(part, join(path, at), below, is_stacked=is_stacked or isinstance(node, Array))
+    for sentence in (out_of_range if is_stacked else broken)(node):
+        raise ParameterError(join(path, sentence))

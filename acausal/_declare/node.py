@@ -190,7 +190,7 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
     def requirements(self) -> Requirements:
         """Conditions on parameters beyond their declared ranges: a tuple of `require(...)`.
 
-        The check needs known numbers: it happens when a component is built, and in `simulate`, `initialise`,
+        The check needs known numbers: it happens when a component is built, and in `replace`, `simulate`, `initialise`,
         `linearise` and `check`. Under `jit`, a run that violates a condition has the result `bad_parameter`.
         """
         return ()

@@ -72,22 +72,31 @@ def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
 
 def broken(node: Any) -> Iterator[str]:
     """The violated requirements of a node itself, with the values, as far as its parameters are known."""
-    fields, values = parameters_of(type(node)), vars(node)
-    known = {name: np.asarray(values[name]) for name in fields if not is_traced(values[name])}
-    checks = [_declared(name, fields[name], value) for name, value in known.items()]
-    for name, declaration in started_of(type(node)).items():
-        if values[name] is not None and not is_traced(values[name]):
-            checks.append(_declared(name, declaration, np.asarray(values[name])))
+    yield from out_of_range(node)
     # With traced parameters, the run reports a violation as its result: a value tried under grad must not raise.
     if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
+        fields = parameters_of(type(node))
         # Known numbers are compared immediately, even while another function is traced. A requirement may
         # divide by an inadmissible number.
         with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
-            checks += _required(copied(node, known), fields)
+            known = {name: np.asarray(vars(node)[name]) for name in fields}
+            checks = _required(copied(node, known), fields)
+        yield from _told(node, checks)
+
+
+def out_of_range(node: Any) -> Iterator[str]:
+    """The violated ranges of the parameters and start values of a node itself, with the values, if these are known."""
+    declared, values = parameters_of(type(node)) | started_of(type(node)), vars(node)
+    known = {name: values[name] for name in declared if values[name] is not None and not is_traced(values[name])}
+    yield from _told(node, [_declared(name, declared[name], np.asarray(value)) for name, value in known.items()])
+
+
+def _told(node: Any, checks: Iterable[Requirement]) -> Iterator[str]:
+    """The sentences of the violated requirements of a node, with the values."""
+    declared, values = parameters_of(type(node)) | started_of(type(node)), vars(node)
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
-            about = fields | started_of(type(node))
-            yield told(text, [(name, values[name], about[name].unit) for name in named(text, about)])
+            yield told(text, [(name, values[name], declared[name].unit) for name in named(text, declared)])
 
 
 def named(text: str, known: Container[str]) -> list[str]:

@@ -13,6 +13,7 @@ from .._declare.component import Component
 from .._declare.layout import complete, layout_of, rebuilt
 from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
+from .._made_once import made_once
 from .._numbers import Numbers
 from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
@@ -67,7 +68,7 @@ def _system(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System
     return _complete(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
 
 
-@ft.lru_cache(maxsize=256)
+@made_once(maxsize=256)
 def _complete(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The system of all complete models with this tree structure and leaves of these shapes; cached."""
     return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))

@@ -42,13 +42,14 @@ def run(settings: Settings, given: Given) -> Solution:
 
 
 class Started(NamedTuple):
-    """The numbers of a run as its functions read them, a mask of invalid start values, and the initial carry of the
-    loop.
+    """The numbers of a run as its functions read them, a mask of invalid start values, the initial carry of the loop,
+    and whether the run continues after its start.
     """
 
     given: Given
     bad_starts: Array
     carry: Carry
+    goes_on: Array
 
 
 def started(settings: Settings, given: Given, kind: LoopKind = FORWARDS) -> Started:
@@ -57,7 +58,9 @@ def started(settings: Settings, given: Given, kind: LoopKind = FORWARDS) -> Star
     y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
     events = _events(settings, kind)
     given, begun = begin(settings, given, y0, events)
-    return Started(given, bad_starts, StepLoop(settings, given, events, kind).first(begun))
+    loop = StepLoop(settings, given, events, kind)
+    carry = loop.first(begun)._replace(failed=jnp.any(bad_starts))
+    return Started(given, bad_starts, carry, loop.goes_on(carry))
 
 
 def advanced(settings: Settings, given: Given, carry: Carry, kind: LoopKind = FORWARDS) -> tuple[Carry, Array]:
@@ -65,6 +68,12 @@ def advanced(settings: Settings, given: Given, carry: Carry, kind: LoopKind = FO
     run = StepLoop(settings, given, _events(settings, kind), kind)
     end = run.steps(carry)
     return end, run.goes_on(end)
+
+
+def without_steps(settings: Settings, begun: Started) -> Carry:
+    """The end of a run that does not continue after its start."""
+    loop = StepLoop(settings, begun.given, _events(settings, FORWARDS), FORWARDS)
+    return begun.carry._replace(record=loop.no_record(begun.carry))
 
 
 def blurred(settings: Settings, given: Given, end: Carry) -> Array:

@@ -41,17 +41,26 @@ def _run(settings: Settings, given: Given) -> Solution:
     program, times = settings.in_chunks, given.numbers.times
     numbers = dataclasses.replace(given.numbers, times=None, most=np.asarray(settings.max_steps))
     begun: traced.Started = result_of(_Start(program), dataclasses.replace(given, numbers=numbers))
-    carry, goes_on, recording = begun.carry, True, Recording(settings, begun.carry)
-    further = program_for(_Steps(program), (begun.given, carry))
+    carry, recording = begun.carry, Recording(settings, begun.carry)
+    if begun.goes_on:
+        carry = _advanced(settings, program, begun, recording)
+    else:
+        recording.add(traced.without_steps(program, begun)._replace(history=None))
+    parts = (begun.given, begun.carry.y, begun.bad_starts, carry._replace(record=None, history=None))
+    ending: Ending = result_of(_End(program), parts)
+    return recording.solution(begun.given, ending, times)
+
+
+def _advanced(settings: Settings, program: Settings, begun: traced.Started, recording: Recording) -> Carry:
+    """The carry of the loop at the end of the run, whose steps are added to the recording."""
+    carry, goes_on, further = begun.carry, True, program_for(_Steps(program), (begun.given, begun.carry))
     is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
     while goes_on:
         carry, goes_on = further((begun.given, carry._replace(record=None)))
         recording.add(carry)
         if is_shown:
             print(f"{100.0 * _share(begun.given, carry):.2f}%")
-    parts = (begun.given, begun.carry.y, begun.bad_starts, carry._replace(record=None, history=None))
-    ending: Ending = result_of(_End(program), parts)
-    return recording.solution(begun.given, ending, times)
+    return carry
 
 
 def _share(given: Given, carry: Carry) -> float:

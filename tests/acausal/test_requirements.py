@@ -29,6 +29,7 @@ from acausal import (
     linearise,
     positive,
     repeat,
+    replace,
     require,
     simulate,
 )
@@ -123,6 +124,33 @@ def test_every_entry_refuses(case: str, entry: str) -> None:
     with pytest.raises(ParameterError) as caught:
         ENTRIES[entry](eqx.tree_at(where, many(), jnp.asarray(value)))
     assert str(caught.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("single[7].T", -1.0, "single[7].T must be positive and finite, got -1.0 s."),
+        ("single[7].T", np.inf, "single[7].T must be positive and finite, got inf s."),
+        ("single[7].x", np.inf, "single[7].x must be a finite number, got inf m."),
+        ("single[3].band.low", 2.0, "single[3].band.low must be below high, got low = 2.0, high = 1.0."),
+        ("row.item.T", np.array([1.0, -1.0, 1.0]), "row.item.T must be positive and finite, got [ 1. -1.  1.] s."),
+        ("resistor.R", 0.5, "resistor.R times capacitor.C must be at least 1e-3."),
+    ],
+)
+def test_replace_refuses_like_a_constructor(path: str, value: Any, message: str) -> None:
+    with pytest.raises(ParameterError) as caught:
+        replace(many(), {path: value})
+    assert str(caught.value) == message
+
+
+def test_replace_sets_all_values_before_it_checks_them() -> None:
+    shifted = replace(many(), {"single[3].band.low": 2.0, "single[3].band.high": 3.0})
+    assert float(shifted.single[3].band.low) == 2.0
+
+
+def test_replace_takes_any_traced_value() -> None:
+    """A search may try a value outside the range; the run reports it as its result."""
+    assert float(jax.jit(lambda T: replace(many(), {"single[7].T": T}).single[7].T)(-1.0)) == -1.0
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -7,7 +7,7 @@ import sys
 import threading
 import uuid
 import zlib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, Self
 
@@ -15,7 +15,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _models import rc
+from _models import gear_train, rc
 from jax.extend.core import Primitive
 
 from acausal import (
@@ -25,6 +25,7 @@ from acausal import (
     Param,
     Requirements,
     Scalar,
+    SimulationError,
     Var,
     _program_files,
     choose_states,
@@ -309,6 +310,48 @@ def test_the_programs_of_a_first_run_are_compiled_once_and_in_parallel(
     assert threads["start"] == [threading.get_ident()]
     assert threads["start"] != threads["steps"]
     assert threads["start"] != threads["end"]
+
+
+@pytest.fixture
+def blocked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
+    """The steps of new runs are not compiled. The event is set once a thread has waited for them too long."""
+    other, compiled, is_over, waited = str(uuid.uuid4()), stored_program._compiled, threading.Event(), threading.Event()
+
+    def without_steps(file: Path, function: Any, *others: Any) -> Any:
+        if function.name == "steps":
+            if not is_over.wait(60.0):
+                waited.set()
+            raise RuntimeError("not compiled")
+        return compiled(file, function, *others)
+
+    monkeypatch.setattr(programs, "folder", tmp_path)
+    monkeypatch.setattr(made_from, "machine", lambda: other)
+    monkeypatch.setattr(stored_program, "_compiled", without_steps)
+    stored_program._program.cache_clear()
+    yield waited
+    is_over.set()
+
+
+def test_an_interrupt_does_not_wait_for_the_programs_compiled_in_parallel(
+    blocked: threading.Event, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(stored_program, "_loads", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(rc(), 1.0, save="end")
+    assert not blocked.is_set()
+
+
+def test_a_start_that_fails_takes_no_steps(blocked: threading.Event) -> None:
+    """So its error does not wait for their program either."""
+    with pytest.raises(SimulationError, match="cannot have the value it is given"):
+        simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1)
+    failed = simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1, throw=False)
+    assert failed.ts.tolist() == [0.0]
+    assert failed.stats["num_steps"] == 0
+    assert not blocked.is_set()
 
 
 WITH_LAPACK = """

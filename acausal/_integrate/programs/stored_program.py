@@ -6,12 +6,11 @@ traced and nothing is stored.
 """
 
 import contextlib
-import functools as ft
 import pickle
 import re
 import threading
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Protocol
@@ -25,6 +24,7 @@ from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
 from ..._jax_private import deserialized, serialized, trace_context
 from ..._jax_settings import programs
+from ..._made_once import made_once
 from ..._tracing import is_traced, within_transformation
 from .made_from import is_as_imported, key_of
 
@@ -86,7 +86,7 @@ def _is_usual() -> bool:
     return jax.default_backend() == "cpu" and jax.device_count() == 1
 
 
-@ft.lru_cache(maxsize=256)
+@made_once(maxsize=256)
 def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
     """The program for numbers of these shapes; None if it has no digest."""
     assert programs.folder is not None
@@ -111,10 +111,10 @@ def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> P
 
     run.__name__ = file.stem.replace("-", "_")  # gives each version its own name in jax's cache, too
     shapes = [jax.ShapeDtypeStruct(*kind) for kind in kinds]
-    with _compiling(function.followers(structure.unflatten(shapes))):
-        lowered = jax.jit(run).lower(*shapes)
-        with _loads() as loaded:
-            call = lowered.compile()
+    _compile_in_parallel(function.followers(structure.unflatten(shapes)))
+    lowered = jax.jit(run).lower(*shapes)
+    with _loads() as loaded:
+        call = lowered.compile()
     n = lowered.out_tree.num_leaves
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
     # A program that jax has loaded from its own cache cannot be serialised. A program that calls libraries other than
@@ -126,14 +126,16 @@ def _compiled(file: Path, function: Storable, structure: Any, kinds: Kinds) -> P
     return lambda leaves: outputs[0].unflatten(call(*leaves))
 
 
-@contextlib.contextmanager
-def _compiling(functions: Sequence[tuple[Storable, Any]]) -> Iterator[None]:
-    """Compiles the programs of other functions in parallel, because XLA uses one core for each program."""
-    with ThreadPoolExecutor() as pool:
-        with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
-            for function in functions:
-                pool.submit(program_for, *function)
-        yield
+def _compile_in_parallel(functions: Sequence[tuple[Storable, Any]]) -> None:
+    """Begin to compile the programs of other functions in threads, because XLA uses one core for each program.
+
+    The thread that needs one of them waits for it; an error or an interrupt of the current one does not.
+    """
+    pool = ThreadPoolExecutor()
+    with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
+        for function in functions:
+            pool.submit(program_for, *function)
+    pool.shutdown(wait=False)
 
 
 @contextlib.contextmanager

@@ -5,12 +5,12 @@ import contextvars
 import math
 from collections.abc import Iterator
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..._equinox_private import members_of
 from ..._errors import ModelError, ParameterError, SimulationError
 from ..._evaluate.diagnosis import block_of, first_not_finite, without_storage
 from ..._evaluate.initial import checked_names
@@ -22,6 +22,7 @@ from ..._reduce.tear import Torn
 from ..._tracing import known
 from ..setup.result import Result, is_success, sentence
 from ..setup.schedule import tick
+from .checked import checked
 from .solution import Solution
 
 LAST = 8  # number of last event instants that are named
@@ -60,20 +61,14 @@ def report_failure(solution: Solution) -> Solution:
 def _checked_at_run_time(solution: Solution, failed: Array) -> Solution:
     """The solution with a check, so that a failed run raises when it or its derivatives are computed. The error names
     an invalid parameter or option; only runs outside of `jit` name other causes.
-
-    A check executes only if its output is used. Derivatives do not use the values of the solution. Therefore, each real
-    number in it is multiplied by a checked 1, which is also a factor of all derivatives, in both modes.
     """
-    system, result = solution.system, solution.result
-    real, others = eqx.partition(solution, eqx.is_inexact_array)
-    checked = jnp.asarray(1.0), jax.tree.leaves(others)
-    bad, bad_option = result == Result.bad_parameter, result == Result.bad_option
-    if texts := [f"{sentence}." for sentence in system.intake.needed(solution._inputs.given)]:
-        checked = eqx.branched_error_if(checked, bad, solution._culprit, texts)
-    checked = eqx.branched_error_if(checked, bad_option, solution._culprit, list(solution._demands))
-    one, leaves = result.error_if(checked, failed & ~bad & ~bad_option)
-    real = jax.tree.map(lambda x: x * one.astype(x.dtype), real)
-    return eqx.combine(real, jax.tree.unflatten(jax.tree.structure(others), leaves))
+    result, culprit = solution.result, solution._culprit
+    outcomes, demands = list(members_of(Result).values()), list(solution._demands)
+    needed = [f"{sentence}." for sentence in solution.system.intake.needed(solution._inputs.given)]
+    index = sum(jnp.where(result == outcome, number, 0) for number, outcome in enumerate(outcomes))
+    index = jnp.where(result == Result.bad_option, len(outcomes) + culprit, index)
+    index = jnp.where(result == Result.bad_parameter, len(outcomes) + len(demands) + culprit, index)
+    return checked(solution, failed, index, [*map(sentence, outcomes), *demands, *needed])
 
 
 def _error(solution: Solution) -> Exception:
