@@ -4,7 +4,10 @@ import ast
 import dataclasses
 import functools as ft
 import inspect
+import io
+import itertools
 import re
+import tokenize
 import types
 import typing
 from collections.abc import Iterator, Mapping
@@ -15,9 +18,6 @@ from .component import Component
 from .energy_terms import energy_terms
 from .fields import dynamic_fields
 from .node import Node, Port, Record
-
-_LINE = r"^ +{name}: .*?  # (?:noqa: \w+  # )?(?P<meaning>.*)$"
-
 
 class Row(NamedTuple):
     """One argument, port or variable. `kind` is its unit, or its class."""
@@ -146,16 +146,33 @@ def _hints(item: Any) -> dict[str, Any]:
 
 
 def _meaning(cls: Any, name: str) -> str:
-    """The comment behind the line that declares a name, in the class or one of its bases, and its names in MSL."""
-    pattern = re.compile(_LINE.format(name=re.escape(name)), re.MULTILINE)
+    """The comment behind the declaration of a name, in the class or one of its bases, and its names in MSL."""
     elsewhere = getattr(cls, "elsewhere", {}).items()
     others = [other for other, here in elsewhere if name in re.findall(r"\w+", here.split(",")[0])]
     known = f" (MSL {', '.join(others)})" if others else ""
     bases: list[Any] = [base for base in cls.__mro__ if issubclass(base, Node)]
     for base in bases:
-        if found := pattern.search(_source(base)):
-            return found["meaning"] + known
+        if found := _comments(base).get(name):
+            return found + known
     return known.strip()
+
+
+@ft.cache
+def _comments(cls: Any) -> dict[str, str]:
+    """The comment on the first or the last line of each declaration in the source of a class, by name."""
+    found: dict[str, str] = {}
+    name, depth, outside, first = "", 0, 0, 0
+    tokens = list(tokenize.generate_tokens(io.StringIO(_source(cls)).readline))
+    for token, after in itertools.pairwise(tokens):
+        is_first = not token.line[: token.start[1]].strip()
+        if token.type == tokenize.NAME and is_first and after.string == ":" and not (name and depth > outside):
+            name, outside, first = token.string, depth, token.start[0]
+        depth += (token.string in ("(", "[", "{")) - (token.string in (")", "]", "}"))
+        if token.type == tokenize.COMMENT and name and (depth == outside or token.start[0] == first):
+            found.setdefault(name, re.sub(r"^# *(?:noqa: \w+  # *)?", "", token.string))
+        if token.type in (tokenize.NEWLINE, tokenize.NL) and depth <= outside:
+            name = ""
+    return found
 
 
 @ft.cache

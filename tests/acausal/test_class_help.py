@@ -2,6 +2,7 @@
 
 import inspect
 import pydoc
+import re
 import subprocess
 import sys
 from typing import Any, Self
@@ -66,6 +67,49 @@ def test_every_class_has_a_text_and_a_signature(cls: Any) -> None:
     assert text.startswith(inspect.cleandoc(vars(cls)["__doc__"]))
     assert not {"Any", "NoneType"} & set(text.split("Parameters:")[-1].split())
     assert all(item.annotation is item.empty for item in inspect.signature(cls).parameters.values())
+
+
+class _Spread(Component):
+    """Declarations of several lines."""
+
+    near: Param[
+        Scalar,
+        "kg.m2",
+        positive,
+    ]  # comment on the last line
+    far: Param[  # comment on the first line
+        Scalar,
+        "m",  # comment in between
+        positive,
+    ] = 2.0
+    x: Var[
+        Scalar,
+        "m",
+    ] = 3.0  # position: measured from the wall
+    said: Param[Scalar, "m"] = 1.0
+
+    def __init__(
+        self,
+        *,
+        near: float = 1.0,
+        modes: int = 2,  # number of modes
+        far: float = 1.0,
+        other: dict[
+            str,
+            float,
+        ],  # another one
+    ) -> None:
+        self.near, self.far, self.x, self.said = near, far, modes, other["said"]
+
+
+def test_declarations_of_several_lines() -> None:
+    text = _Spread.__doc__ or ""
+    assert re.search(r"\n    near .* comment on the last line\n", text)
+    assert re.search(r"\n    far .* comment on the first line\n", text)
+    assert re.search(r"\n    x .* position: measured from the wall\n", text)
+    assert re.search(r"\n    modes .* number of modes\n", text)
+    assert re.search(r"\n    other .* another one\n", text)
+    assert not re.search(r"in between", text)
 
 
 class _Leaky(Component):
