@@ -105,9 +105,7 @@ def test_gradients_by_knots_and_samples() -> None:
     ],
     ids=["floor", "ceil", "round", "sign", "trunc", "mod", "where"],
 )  # fmt: skip
-def test_a_function_of_steps_is_constant_up_to_its_next_instant_and_changes_there(
-    function: Any, direction: float
-) -> None:
+def test_steps_are_constant_up_to_the_next_instant_and_change_there(function: Any, direction: float) -> None:
     found = instants(jax.make_jaxpr(function)(0.0), ["time"], [()])
     assert found is not None
     end, change = 0.05 + 2.0 * direction, direction * np.inf
