@@ -119,9 +119,9 @@ def sampled_outputs(k: float, errors: list[float]) -> list[float]:
     for error in errors:
         block = blocks.SampledPI(period=0.1, k=k, T=0.4, y_min=-0.9, y_max=0.9)
         here = complete(replace(block, {"u_s.value": error, "u_m.value": 0.0, "x": x}))
-        changes = here.events()["sample"].changes
-        outputs.append(float(changes["held"]))
-        x = float(changes["x"])
+        sample: Any = here.events()["sample"]
+        outputs.append(float(sample.changes["held"]))
+        x = float(sample.changes["x"])
     return outputs
 
 
