@@ -50,8 +50,8 @@ def test_switches() -> None:
     control = np.array([-1.0, 0.49, 0.5, 0.9, 2.0])
     hard = output(blocks.Switch(), control, U, -U, names=SWITCHED)
     np.testing.assert_array_equal(hard, np.where(control < 0.5, -U, U))
-    smooth = output(blocks.SmoothSwitch(width=0.1), control, U, -U, names=SWITCHED)
-    np.testing.assert_allclose(smooth, U * np.tanh((control - 0.5) / 0.2), atol=1e-14)
+    smooth = output(blocks.SmoothSwitch(width=0.1, threshold=0.8), control, U, -U, names=SWITCHED)
+    np.testing.assert_allclose(smooth, U * np.tanh((control - 0.8) / 0.2), atol=1e-14)
 
 
 def test_averaged_pulse_width_modulation() -> None:
