@@ -39,7 +39,7 @@ def singular_blocks(system: System, store: Segments, inputs: Inputs) -> list[Arr
         ]
 
     numbers = _plain_and_changed((slots, segments))
-    found = jax.vmap(lambda numbers: once(lambda: matrices(*numbers)))(numbers) if groups else []
+    found = jax.vmap(lambda numbers: once(lambda: matrices(*numbers)), axis_size=2)(numbers) if groups else []
     sizes = map(_log_determinant, found)
     return [jnp.any(changed - plain > np.log(GROWTH), axis=1) for plain, changed in sizes]
 

@@ -1,7 +1,7 @@
 """The vector field against equations written by hand."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from acausal import Array as Parts
-from acausal import Component, Connections, connect, repeat, simulate, stack
+from acausal import Component, Connections, Equations, Scalar, Var, connect, eq, repeat, simulate, stack
 from acausal._evaluate.building import system_of
 from components.electrical import Capacitor, ConstantVoltage, DCMotor, Ground, Resistor
 from components.rotational import Inertia, Spring
@@ -207,3 +207,21 @@ def test_chain_vector_field() -> None:
 
 def _index(name: str) -> int:
     return int(name.partition("[")[2].partition("]")[0])
+
+
+class Constants(Component):
+    """a + b = 3 and a - b = 1, beside a state: equations that read no parameter and no variable from outside."""
+
+    a: Var[Scalar, "1"] = 0.0
+    b: Var[Scalar, "1"] = 0.0
+    x: Var[Scalar, "1"] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            total=eq(self.a + self.b, 3.0), apart=eq(self.a - self.b, 1.0), decay=eq(d.x, -self.x, check_units=False)
+        )
+
+
+def test_a_block_of_constants() -> None:
+    final = simulate(Constants(), 1.0, save="end", rtol=1e-9).final
+    np.testing.assert_allclose([final.a, final.b, final.x], [2.0, 1.0, np.exp(-1.0)], rtol=1e-8)
