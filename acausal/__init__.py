@@ -37,6 +37,7 @@ Work with models:
                      The reduced and sorted equations.
     structure*, diagram*, bond_graph, Structure, Diagram, BondGraph, Check
                      Reports and pictures of a model.
+    Symbol*          The symbol of a component class in diagrams.
 
 Simulate and linearise:
     simulate         Integrate a model over time, or until a condition is met.
@@ -139,6 +140,7 @@ from ._show.check import Check
 from ._show.check import check as check
 from ._show.diagram import Diagram
 from ._show.diagram import diagram as diagram
+from ._show.schematic.symbols import Symbol as Symbol
 from ._show.structure import Structure
 from ._show.structure import structure as structure
 from ._units.display import display_unit, displayed

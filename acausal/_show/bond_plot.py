@@ -1,4 +1,4 @@
-"""Plot of a bond graph, with the layout of a diagram; needs matplotlib."""
+"""Plot of a bond graph, laid out without other programs; needs matplotlib."""
 
 import itertools
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import numpy as np
 from .._extras import Axes, given_or_new
 from .bond_graph import BondGraph
 from .diagram import COLOURS
-from .diagram_plot import apart, placed
+from .placing import apart, placed
 
 SPREAD = np.array([1.3, 1.0])  # inches between neighbours
 SIZE = {"0": (0.3, 0.3), "1": (0.3, 0.3)}  # inches, of junctions

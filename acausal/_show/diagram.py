@@ -1,8 +1,9 @@
 """`diagram`: the components of a model and their connections."""
 
 import dataclasses
-import io
-from collections.abc import Iterator
+import functools as ft
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,11 +12,12 @@ from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.node import Node, Port
 from .._errors import ModelError
-from .._extras import Axes
+from .._integrate.results.solution import Solution
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
 from .._reduce.graph import connected
+from .symbol import domain_of
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7f3c8d", "#444444")
 
@@ -34,7 +36,7 @@ class Joint:
 
 @dataclasses.dataclass(frozen=True)
 class Diagram:
-    """Components and connections. `print` shows the input of Graphviz, `plot()` the picture.
+    """Components and connections. A notebook shows the schematic; `print` shows the input of Graphviz.
 
     `boxes`: the class of each component by path. `joints`: sets of connected ports.
     """
@@ -42,6 +44,9 @@ class Diagram:
     name: str
     boxes: dict[str, str]
     joints: tuple[Joint, ...]
+    _parts: Mapping[str, Node] = dataclasses.field(compare=False, repr=False)
+    _values: Mapping[str, Node] = dataclasses.field(compare=False, repr=False)  # trajectories
+    _links: str = dataclasses.field(compare=False, repr=False)
 
     @property
     def colours(self) -> dict[str, str]:
@@ -70,51 +75,67 @@ class Diagram:
             for box, port in joint.ports:
                 yield f'  "joint {number}" -- "{box}" [{colour}, headlabel="{port}"];'
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw components as boxes and connections as lines, coloured by domain; returns the matplotlib axes."""
-        from .diagram_plot import plot_diagram
+    @ft.cached_property
+    def svg(self) -> str:
+        """The schematic as SVG: a symbol for each component, with its class and values as a tooltip."""
+        from .diagram_svg import diagram_svg
 
-        return plot_diagram(self, ax)
+        return diagram_svg(self)
 
-    def _repr_png_(self) -> bytes:
+    def _repr_svg_(self) -> str:
         """The picture for a notebook."""
-        from .._extras import pyplot
+        return self.svg
 
-        picture = io.BytesIO()
-        figure: Any = self.plot().figure
-        figure.savefig(picture, format="png", dpi=100)
-        pyplot().close(figure)
-        return picture.getvalue()
+    def save(self, file: str | Path) -> None:
+        """Write the schematic to an SVG file."""
+        path = Path(file)
+        if path.suffix != ".svg":
+            raise ModelError(f"A diagram is saved as SVG: name the file {path.stem}.svg, not {path.name}.")
+        path.write_text(self.svg, encoding="utf-8")
 
 
-def diagram(model: Component, depth: int | None = 1) -> Diagram:
+def diagram(model: Component | Solution[Any], depth: int | None = 1, *, links: str = "") -> Diagram:
     """The components of a model and their connections, coloured by domain.
 
     `depth`: the number of levels of parts shown; 1 shows the parts of the model itself, None shows all parts that
-    have no parts. An array of components is one box. A domain is the package of the class of a port.
+    have no parts. An array of components is one box. A domain is the package of the class of a port. For a solution,
+    the tooltips show the final value and the range of each variable. `links` is the address of a reference with a page
+    for each domain, to which the symbols link.
 
     Raises `ModelError` if the connections are wrong.
     """
-    if not isinstance(model, Component):
+    shown = model.final if isinstance(model, Solution) else model
+    if not isinstance(shown, Component):
         raise ModelError(f"{model!r} is no component: draw a model.")
     if depth is not None and (isinstance(depth, bool) or not isinstance(depth, int) or depth < 1):
         raise ModelError(f"depth must be a positive integer, or None for all levels, got {depth!r}.")
-    name = type(model).__name__
-    boxes = dict(_boxes(model, "", depth)) or {name: name}
-    kinds = dict(_ports(model, ""))
-    found = (_joint(ports, boxes, kinds) for ports in _joined_ports(flatten(model)))
-    joints = dict.fromkeys(joint for joint in found if len(joint.ports) > 1)
-    return Diagram(name, boxes, tuple(joints))
+    name = type(shown).__name__
+    parts = _parts(shown, depth)
+    boxes = {path: part._shown()[0] for path, part in parts.items()}
+    kinds = dict(_ports(shown, ""))
+    found = (_joint(ports, boxes, kinds) for ports in _joined_ports(flatten(shown)))
+    joints = tuple(dict.fromkeys(joint for joint in found if len(joint.ports) > 1))
+    joined = {box for joint in joints for box in joint.boxes}
+    boxes = {path: kind for path, kind in boxes.items() if path in joined or not isinstance(parts[path], Port)}
+    values = _parts(model.values, depth) if isinstance(model, Solution) else {}
+    return Diagram(name, boxes, joints, parts, values, links)
 
 
-def _boxes(node: Node, path: str, depth: int | None) -> Iterator[tuple[str, str]]:
-    """The boxes below a node, each with its class."""
+def _parts(model: Component, depth: int | None) -> dict[str, Node]:
+    """The components that are drawn, and the ports of the model itself; a model without parts is drawn as a whole."""
+    found = dict(_boxes(model, "", depth))
+    ports = {path: part for path, part in children(model, "") if isinstance(part, Port)}
+    return {**found, **ports} if found else {type(model).__name__: model}
+
+
+def _boxes(node: Node, path: str, depth: int | None) -> Iterator[tuple[str, Component]]:
+    """The components below a node that are drawn as a whole."""
     below = None if depth is None else depth - 1
     for here, part in children(node, path):
         if isinstance(part, Array):
-            yield f"{here}[]", f"{part.n} × {type(part.item).__name__}"
+            yield f"{here}[]", part
         elif isinstance(part, Component):
-            yield from (list(_boxes(part, here, below)) if below != 0 else []) or [(here, type(part).__name__)]
+            yield from (list(_boxes(part, here, below)) if below != 0 else []) or [(here, part)]
 
 
 def _ports(node: Node, path: str) -> Iterator[tuple[str, type[Port]]]:
@@ -140,21 +161,15 @@ def _joint(ports: list[str], boxes: dict[str, str], kinds: dict[str, type[Port]]
     """Connected ports, seen from outside of the boxes."""
     seen: dict[str, set[str]] = {}
     for port in ports:
-        box = next((port[:end] for end in _ends(port) if port[:end] in boxes), None)
+        box = next((port[:end] for end in _ends(port) if port[:end] in boxes), port if port in boxes else None)
         if box is not None:
             seen.setdefault(box, set()).add(port[len(box) + 1 :])
     outer = {box: min(name.count(".") for name in names) for box, names in seen.items()}
     named = {box: sorted(name for name in names if name.count(".") == outer[box]) for box, names in seen.items()}
     kind = next((kinds[port] for port in ports if port in kinds), Port)
-    return Joint(_domain(kind), tuple((box, ", ".join(names)) for box, names in sorted(named.items())))
+    return Joint(domain_of(kind), tuple((box, ", ".join(names)) for box, names in sorted(named.items())))
 
 
 def _ends(path: str) -> list[int]:
     """The ends of the paths of a port's owners, the innermost first."""
     return [i for i in range(len(path) - 1, 0, -1) if path[i] == "."]
-
-
-def _domain(kind: type[Port]) -> str:
-    """The package of a port's class; in a script, the class."""
-    public = [name for name in kind.__module__.split(".") if not name.startswith("_")]
-    return public[-1] if public else kind.__name__

@@ -1,19 +1,20 @@
 """Components and connections as a graph, and its picture."""
 
 import re
+from pathlib import Path
+from xml.etree import ElementTree
 
 import jax.numpy as jnp
-import matplotlib.pyplot as plt
-import numpy as np
 import pytest
 from _models import rc
-from matplotlib.patches import FancyBboxPatch
 
 from acausal import Array as Parts
-from acausal import Component, Connections, ModelError, connect, diagram, repeat
-from acausal._show.diagram_plot import apart, placed
+from acausal import Component, Connections, ModelError, connect, diagram, repeat, simulate
+from components.electrical import ConstantVoltage, DCMotor, Ground
 from components.rotational import Inertia, SpringDamper
 from docs.drive import drive
+
+SPACE = "{http://www.w3.org/2000/svg}"
 
 
 def test_boxes_and_joints() -> None:
@@ -68,8 +69,7 @@ def test_arrays_are_one_box() -> None:
 def test_a_component_without_parts() -> None:
     found = diagram(Inertia(J=1.0))
     assert (found.boxes, found.joints) == ({"Inertia": "Inertia"}, ())
-    found.plot()
-    plt.close("all")
+    assert texts(found.svg) == ["J", "Inertia"]
 
 
 def test_text_for_graphviz() -> None:
@@ -80,30 +80,80 @@ def test_text_for_graphviz() -> None:
     assert any(re.search(r'"r" -- "source" \[color="#\w+", taillabel="p", headlabel="p"\];', line) for line in lines)
 
 
-def test_picture_shows_each_box_once_and_apart() -> None:
-    ax = diagram(drive, depth=None).plot()
-    texts = [text.get_text() for text in ax.texts]
-    assert {"motor.resistor", "Resistor", "wall"} <= set(texts)
-    boxes = [patch.get_bbox() for patch in ax.patches if isinstance(patch, FancyBboxPatch)]
-    assert len(boxes) == 10
-    assert not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[:i])
-    plt.close("all")
-    assert diagram(rc())._repr_png_().startswith(b"\x89PNG")
+def texts(svg: str) -> list[str]:
+    """The words of a picture."""
+    return [found.text or "" for found in ElementTree.fromstring(svg).iter(f"{SPACE}text")]
 
 
-def test_layout_keeps_distances_of_a_path() -> None:
-    """Five points in a row, where distances along the edges can be met exactly."""
-    points = placed(np.array([[0, 1], [1, 2], [2, 3], [3, 4]]), 5)
-    gaps = np.linalg.norm(points[:, None] - points, axis=-1)
-    np.testing.assert_allclose(gaps, np.abs(np.subtract.outer(np.arange(5), np.arange(5))), atol=0.05)
-    np.testing.assert_allclose(points[:, 1], 0.0, atol=0.05)  # it lies across
+def tooltips(svg: str) -> dict[str, list[str]]:
+    """The lines of tooltips by path."""
+    found = [(title.text or "").split("\n") for title in ElementTree.fromstring(svg).iter(f"{SPACE}title")]
+    return {head.partition(":")[0]: [head, *rest] for head, *rest in found}
 
 
-def test_boxes_are_moved_apart() -> None:
-    points, sizes = np.array([[0.0, 0.0], [0.1, 0.0], [5.0, 0.0]]), np.ones((3, 2))
-    moved = apart(points, sizes)
-    assert abs(moved[0, 0] - moved[1, 0]) >= 1.0
-    np.testing.assert_array_equal(moved[2], points[2])
+def test_schematic_shows_each_component() -> None:
+    svg = diagram(drive, depth=None).svg
+    assert {"motor.resistor", "supply", "spring"} <= set(texts(svg))
+    assert tooltips(svg).keys() == diagram(drive, depth=None).boxes.keys()
+    assert diagram(drive)._repr_svg_() == diagram(drive).svg
+
+
+def test_tooltips_show_parameters_in_display_units() -> None:
+    assert tooltips(diagram(drive).svg)["load"] == ["load: Inertia", "J = 50000 g.cm2"]
+    assert tooltips(diagram(drive).svg)["spring"][0] == "spring: SpringDamper"
+
+
+def test_tooltips_of_a_solution_show_values() -> None:
+    solution = simulate(rc(), 1.0)
+    lines = tooltips(diagram(solution).svg)["c"]
+    assert lines[:2] == ["c: Capacitor", "C = 0.001 F"]
+    shown = next(line for line in lines if line.startswith("v: "))
+    assert re.fullmatch(r"v: 4\.99\d* V at the end, from 0 V to 4\.99\d* V", shown)
+    assert any(line.startswith("p.i: ") for line in lines)
+
+
+def test_links_lead_to_the_reference() -> None:
+    links = {
+        found.get("href") for found in ElementTree.fromstring(diagram(drive, links="library/").svg).iter(f"{SPACE}a")
+    }
+    assert {"library/electrical.html#DCMotor", "library/rotational.html#IdealGear"} <= links
+    assert "<a " not in diagram(drive).svg
+
+
+def test_save(tmp_path: Path) -> None:
+    found = diagram(rc())
+    found.save(tmp_path / "rc.svg")
+    assert (tmp_path / "rc.svg").read_text(encoding="utf-8") == found.svg
+    with pytest.raises(ModelError, match=r"saved as SVG: name the file rc\.svg, not rc\.png"):
+        found.save("rc.png")
+
+
+def test_ports_of_the_model_are_terminals() -> None:
+    found = diagram(drive.motor)
+    assert {"p", "n", "shaft"} <= found.boxes.keys()
+    assert any(("p", "") in joint.ports for joint in found.joints)
+    assert {"p", "n", "shaft"} <= set(texts(found.svg))
+
+
+class Deep(Component):
+    """A connection to a port of a part of a part."""
+
+    motor: DCMotor
+    brake: Inertia
+    supply: ConstantVoltage
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.motor.rotor.a, self.brake.a),
+            connect(self.supply.p, self.motor.p),
+            connect(self.supply.n, self.motor.n, self.ground.p),
+        )
+
+
+def test_a_box_shows_inner_ports_that_are_connected() -> None:
+    model = Deep(motor=DCMotor(R=1.0, k=1.0, J=1.0), brake=Inertia(J=1.0), supply=ConstantVoltage(V=1.0))
+    assert {"DCMotor", "rotor.a"} <= set(texts(diagram(model).svg))
 
 
 @pytest.mark.parametrize("depth", [0, -1, 1.5, True])
@@ -115,34 +165,3 @@ def test_bad_depth(depth: int) -> None:
 def test_no_component() -> None:
     with pytest.raises(ModelError, match=r"^3 is no component: draw a model\."):
         diagram(3)  # pyright: ignore[reportArgumentType]
-
-
-@pytest.mark.parametrize(
-    "edges",
-    [
-        [(0, i) for i in range(1, 7)],
-        [(i, i + 1) for i in range(9)],
-        [(i, (i + 1) % 8) for i in range(8)],
-        [(i, i + 1) for i in range(8) if i % 3 < 2] + [(i, i + 3) for i in range(6)],
-    ],
-    ids=["star", "path", "ring", "grid"],
-)
-def test_layout_is_the_same_on_all_machines(edges: list[tuple[int, int]], monkeypatch: pytest.MonkeyPatch) -> None:
-    """Signs of eigenvectors and singular vectors, and which of equal ones come first, are up to LAPACK."""
-    rng, eigh, svd = np.random.default_rng(0), np.linalg.eigh, np.linalg.svd
-    pairs = np.array(edges)
-    count = int(pairs.max()) + 1
-    expected = placed(pairs, count)
-
-    def other_eigh(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        values, vectors = eigh(matrix + 1e-15 * rng.normal(size=matrix.shape))
-        return values, vectors * rng.choice([-1.0, 1.0], size=count)
-
-    def other_svd(matrix: np.ndarray, full_matrices: bool) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        left, values, right = svd(matrix + 1e-15 * rng.normal(size=matrix.shape), full_matrices=full_matrices)
-        return left, values, right * rng.choice([-1.0, 1.0], size=(2, 1))
-
-    monkeypatch.setattr(np.linalg, "eigh", other_eigh)
-    monkeypatch.setattr(np.linalg, "svd", other_svd)
-    for _ in range(5):
-        np.testing.assert_allclose(placed(pairs, count), expected, atol=1e-9)

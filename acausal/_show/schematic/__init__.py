@@ -1,0 +1,1 @@
+"""Schematics: components as symbols, laid out in columns, with orthogonal lines between their ports."""

@@ -1,0 +1,88 @@
+"""Graph of a schematic: shapes, and nets of ports, with references at the ports that they fix."""
+
+import dataclasses
+import itertools
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from .shape import Shape
+from .symbols import Point, Symbol, Turned
+
+
+class Terminal(NamedTuple):
+    """A port of a shape, by the number of the shape."""
+
+    shape: int
+    port: str
+
+
+Net = tuple[Terminal, ...]
+
+
+@dataclasses.dataclass(frozen=True)
+class Graph:
+    shapes: tuple[Shape, ...]
+    nets: tuple[Net, ...]
+    net_of: tuple[int, ...]  # number of the joint that each net draws
+
+    def side(self, end: Terminal) -> Point:
+        return self.shapes[end.shape].turned.side(end.port)
+
+    def pairs(self) -> Iterator[tuple[Terminal, Terminal, float]]:
+        """Connected ports of different shapes, with weights: all pairs of a net together weigh as its lines."""
+        for net in self.nets:
+            for a, b in itertools.combinations(net, 2):
+                if a.shape != b.shape:
+                    yield a, b, 2.0 / len(net)
+
+    def turned(self, number: int, turned: Turned) -> "Graph":
+        """A copy in which a shape has another direction."""
+        shapes = list(self.shapes)
+        shapes[number] = dataclasses.replace(shapes[number], turned=turned)
+        return dataclasses.replace(self, shapes=tuple(shapes))
+
+
+def graph_of(symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str, str]]]) -> Graph:
+    """The graph of symbols by name, from sets of connected ports, each as the name of its symbol and its own name."""
+    fixing = {i: name for i, joint in enumerate(joints) if (name := _reference(joint, symbols, joints)) is not None}
+    names = [name for name in symbols if name not in fixing.values()]
+    number = {name: i for i, name in enumerate(names)}
+    used: dict[str, list[str]] = {name: [] for name in names}
+    references: dict[str, dict[str, tuple[str, Symbol]]] = {name: {} for name in names}
+    nets: dict[int, Net] = {}
+    for i, joint in enumerate(joints):
+        own = [(name, port) for name, port in joint if name in number]
+        for name, port in own:
+            if i in fixing:
+                references[name][port] = (fixing[i], symbols[fixing[i]])
+            elif len(own) > 1:
+                used[name].append(port)
+        if i not in fixing and len(own) > 1:
+            nets[i] = tuple(Terminal(number[name], port) for name, port in own)
+    shapes = (
+        Shape(name, _upright(symbols[name], used[name], references[name]), tuple(used[name]), references[name])
+        for name in names
+    )
+    return Graph(tuple(shapes), tuple(nets.values()), tuple(nets))
+
+
+def _reference(joint: Sequence[tuple[str, str]], symbols: Mapping[str, Symbol], joints: Sequence) -> str | None:
+    """The reference that fixes a joint, if it is the only one there and in all of its other joints."""
+    found = [name for name, _ in joint if symbols[name].is_reference]
+    if len(found) != 1 or len(joint) < 2:
+        return None
+    elsewhere = [{name for name, _ in other if symbols[name].is_reference} for other in joints]
+    return found[0] if all(names == {found[0]} for names in elsewhere if found[0] in names) else None
+
+
+def _upright(symbol: Symbol, used: Sequence[str], references: Mapping[str, tuple[str, Symbol]]) -> Turned:
+    """An element from left to right stands upright if only one of its ends has a reference that hangs below a port."""
+    ends = sorted((side, port) for port in (*used, *references) for side in [Turned(symbol).side(port)[0]] if side)
+    hanging = [side for side, port in ends if port in references and _hangs(references[port][1])]
+    if [side for side, _ in ends] == [-1, 1] and len(hanging) == 1:
+        return Turned(symbol, is_mirrored=hanging[0] == -1, is_turned=True)
+    return Turned(symbol)
+
+
+def _hangs(reference: Symbol) -> bool:
+    return Turned(reference).side(next(iter(reference.ports))) == (0, -1)

@@ -1,0 +1,65 @@
+"""Places of shapes from the order of columns, without overlaps."""
+
+import itertools
+
+import numpy as np
+
+from .graph import Graph
+from .levels import Levels
+from .programs import least_lengths
+from .shape import Rect, Shape
+from .symbols import Point
+
+BESIDE, BELOW, NEAR = 4, 2, 2  # least distances: of symbols, of outlines below each other, of names
+
+
+def places(graph: Graph, levels: Levels, spread: int) -> list[Point]:
+    """The corners of the shapes, with the shortest lines for this order. `spread` widens the gaps."""
+    y = _down(graph, levels, spread)
+    x = _across(graph, levels, y, spread)
+    return list(zip(x.tolist(), y[: len(x)].tolist(), strict=True))
+
+
+def _down(graph: Graph, levels: Levels, spread: int) -> np.ndarray:
+    """The upper edges of all items."""
+    outlines = [shape.outline for shape in graph.shapes]
+    outlines += [Rect(0, 0, 0, 0)] * (len(levels.heights) - len(outlines))
+    bounds = [
+        (a, b, float(outlines[a].bottom + BELOW + spread - outlines[b].top))
+        for column in levels.columns
+        for a, b in itertools.pairwise(column)
+    ]
+    links = [(link.a, link.b, float(link.y_a - link.y_b), link.weight) for link in levels.links]
+    return least_lengths(len(levels.heights), links, bounds)
+
+
+def _across(graph: Graph, levels: Levels, y: np.ndarray, spread: int) -> np.ndarray:
+    """The left edges of the shapes. Names need a gap only from what is beside them."""
+    shapes = [[item for item in column if item < len(graph.shapes)] for column in levels.columns]
+    bounds = []
+    for i, j in itertools.combinations(range(len(shapes)), 2):
+        gap = BESIDE + spread + _tracks(levels, i)
+        for a, b in itertools.product(shapes[i], shapes[j]):
+            needed = _needed(graph.shapes[a], graph.shapes[b], int(y[b] - y[a]))
+            if j == i + 1:
+                needed.append(graph.shapes[a].rect.right + gap)
+            bounds += [(a, b, float(max(needed)))] if needed else []
+    links = []
+    for a, b, weight in graph.pairs():
+        (x_a, _), (x_b, _) = (graph.shapes[end.shape].turned.port(end.port) for end in (a, b))
+        links.append((a.shape, b.shape, float(x_a - x_b), weight))
+    return least_lengths(len(graph.shapes), links, bounds)
+
+
+def _needed(a: Shape, b: Shape, down: int) -> list[int]:
+    """The least distances of two shapes so that parts beside each other do not meet."""
+    pairs = itertools.product(a.rects, b.rects)
+    beside = ((p, q) for p, q in pairs if p.top - 1 < q.bottom + down and q.top + down < p.bottom + 1)
+    return [p.right + NEAR - q.left for p, q in beside]
+
+
+def _tracks(levels: Levels, i: int) -> int:
+    """The number of nets with lines between a column and the next, beyond the first two."""
+    left, right = (set(levels.columns[k]) for k in (i, i + 1))
+    nets = {link.net for link in levels.links if link.a in left and link.b in right}
+    return max(len(nets) - 2, 0)

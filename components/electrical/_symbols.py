@@ -1,0 +1,179 @@
+"""Symbols of electrical components, after IEC 60617."""
+
+from acausal import Symbol
+
+from .._drawing import at, circle, head, rect
+
+PINS = {"p": (0, 20), "n": (60, 20)}
+FOUR = {"p1": (0, 10), "n1": (0, 50), "p2": (60, 10), "n2": (60, 50)}
+MACHINE = {"p": (30, 0), "n": (30, 60), "shaft": (60, 30)}
+
+_RESISTOR = "h12m0-6h36v12h-36zm36 6h12"
+_COIL = "h9a7 7 0 0 1 14 0a7 7 0 0 1 14 0a7 7 0 0 1 14 0h9"
+_CAPACITOR = "h27m0-11v22m6 0v-22m0 11h27"
+_DOWN = "a6.67 6.67 0 0 1 0 13.33a6.67 6.67 0 0 1 0 13.33a6.67 6.67 0 0 1 0 13.33"
+_UP = _DOWN.replace("0 0 1 0", "0 0 0 0")
+
+
+def _two_pin(path: str) -> Symbol:
+    return Symbol(60, 20, {"p": (0, 10), "n": (60, 10)}, at(0, 10, path))
+
+
+def _with_port(path: str, name: str, more: Symbol | None = None) -> Symbol:
+    """An element with one more port: `u` above, with a dashed line to it, or `heat` below."""
+    ports = {**PINS, name: (30, 0) if name == "u" else (30, 40)}
+    symbol = Symbol(60, 40, ports, at(0, 20, path), leads={name: "M30 0v10" if name == "u" else "M30 40v-11"})
+    return symbol + more if more else symbol
+
+
+def _source(path: str, solid: str = "") -> Symbol:
+    lines = at(0, 20, "h14m32 0h14") + circle(30, 20, 16) + path + at(4, 10, "h6m-3-3v6")
+    return Symbol(60, 40, PINS, lines, solid=solid)
+
+
+def _meter(letter: str, **outputs: tuple[int, int]) -> Symbol:
+    lines = at(0, 20, "h15m30 0h15") + circle(30, 20, 15)
+    leads = {name: f"M{x} {y}V{10 if y == 0 else 35}" for name, (x, y) in outputs.items()}
+    return Symbol(60, 40, {**PINS, **outputs}, lines, texts=((30, 20, letter, 13),), leads=leads)
+
+
+def _switch(contact: str) -> Symbol:
+    lines = at(0, 20, "h18") + circle(20, 20, 2) + at(42, 20, "h18") + circle(40, 20, 2) + contact
+    return Symbol(60, 40, {**PINS, "u": (30, 0)}, lines, leads={"u": "M30 0v12"})
+
+
+def _converter(left: str, right: str, ports: dict[str, tuple[int, int]]) -> Symbol:
+    """A converter: a square with a diagonal, and the kinds of current on both sides."""
+    ends = "".join(at(x, y, "h10" if x == 0 else "h-10") for x, y in ports.values() if x in (0, 60))
+    ends += "".join(at(x, y, "v10") for x, y in ports.values() if y == 0)
+    return Symbol(
+        60, 60, ports, rect(10, 10, 40, 40) + "M10 50L50 10" + ends, texts=((20, 20, left, 13), (40, 41, right, 13))
+    )
+
+
+def _controlled(control: str, source: str) -> Symbol:
+    """A controlled source, drawn as a diamond."""
+    return Symbol(60, 60, FOUR, control + "M60 10H42v6l12 14-12 14v6H60" + "M42 16l-12 14 12 14" + source)
+
+
+def _machine(letters: str, left: str = "") -> Symbol:
+    """A machine with brushes, its shaft on the right, and one more port on the left."""
+    ports = {**MACHINE, left: (0, 30)} if left else MACHINE
+    brushes = rect(26, 8, 8, 4) + rect(26, 48, 8, 4)
+    words = ((30, 30, letters, 13 if len(letters) < 3 else 10),)
+    lines = circle(30, 30, 18) + "M30 0v8M30 52v8M48 30h12"
+    return Symbol(60, 60, ports, lines, solid=brushes, texts=words, leads={left: "M0 30h12"})
+
+
+VOLTAGE, CURRENT = "M14 20h32", "M30 4v32"
+SENSED_VOLTAGE, SENSED_CURRENT = "M0 10h10M0 50h10" + circle(12, 10, 2) + circle(12, 50, 2), "M0 10h12v40h-12"
+ADJUSTABLE = Symbol(60, 40, {}, "M16 34L43 7", solid=head(46, 4, 0.7, -0.7))
+DIODE = _two_pin("h60M20 1v18l20-9zM40 1v18")
+COILS = "M0 10h20" + _DOWN + "h-20M60 10h-20" + _UP + "h20"
+SOLENOID = Symbol(
+    60,
+    60,
+    {"p": (20, 0), "n": (20, 60), "rod": (60, 30)},
+    rect(8, 12, 24, 36) + "M8 48L32 12M20 0v12M20 48v12M32 30h28",
+)
+RESISTOR, INDUCTOR, CAPACITOR = _two_pin(_RESISTOR), _two_pin(_COIL), _two_pin(_CAPACITOR)
+OUTPUT = {"y": (30, 0)}
+CONTROL = Symbol(60, 40, {"u": (30, 0)}, leads={"u": "M30 0v4"})
+
+SYMBOLS = {
+    "TwoPin": Symbol(60, 20, {"p": (0, 10), "n": (60, 10)}, at(0, 10, "h12m36 0h12") + rect(12, 1, 36, 18)),
+    "TwoPort": Symbol(60, 60, FOUR, rect(10, 0, 40, 60) + "M0 10h10M0 50h10M60 10h-10M60 50h-10"),
+    "Ground": Symbol(20, 20, {"p": (10, 0)}, "M10 0v8M0 8h20M4 13h12M8 18h4", is_reference=True),
+    "Resistor": RESISTOR,
+    "Conductor": Symbol(60, 20, RESISTOR.ports, RESISTOR.lines, texts=((30, 10, "G", 10),)),
+    "NegativeResistor": Symbol(60, 20, RESISTOR.ports, RESISTOR.lines, texts=((30, 10, "−R", 10),)),
+    "HeatingResistor": _with_port(_RESISTOR, "heat"),
+    "VariableResistor": _with_port(_RESISTOR, "u", ADJUSTABLE),
+    "Potentiometer": Symbol(
+        60,
+        40,
+        {**PINS, "u": (20, 0), "contact": (30, 40)},
+        at(0, 20, _RESISTOR) + "M30 40v-8",
+        dashed="M20 0v8L29 33",
+        solid=head(30, 26, 0, -1),
+    ),
+    "Inductor": INDUCTOR,
+    "SaturatingInductor": INDUCTOR + Symbol(0, 0, {}, "M10 0h40"),
+    "VariableInductor": _with_port(_COIL, "u", ADJUSTABLE),
+    "Capacitor": CAPACITOR,
+    "VariableCapacitor": _with_port(_CAPACITOR, "u", ADJUSTABLE),
+    "Cable": _two_pin("h60M16 4h28a4 6 0 0 1 0 12h-28a4 6 0 0 1 0-12"),
+    "BrushDrop": _with_port("h22m14 0h24M36 8a20 20 0 0 1 0 24", "heat") + Symbol(0, 0, {}, solid=rect(22, 14, 14, 12)),
+    "Battery": _with_port("h27m0-13v26m6-20v14m0-7h27M17 9h6m-3-3v6", "heat"),
+    "ConstantVoltage": _source(VOLTAGE),
+    "SignalVoltage": _source(VOLTAGE) + CONTROL,
+    "ConstantCurrent": _source(CURRENT, head(54, 20, 1, 0)),
+    "SignalCurrent": _source(CURRENT, head(54, 20, 1, 0)) + CONTROL,
+    "Diode": DIODE,
+    "IdealDiode": DIODE,
+    "IdealClosingSwitch": _switch("M21 19L38 8"),
+    "IdealOpeningSwitch": _switch("M22 20L44 14M40 18v-7"),
+    "IdealCommutingSwitch": Symbol(
+        60,
+        40,
+        {"p": (0, 20), "n1": (60, 10), "n2": (60, 30), "u": (20, 0)},
+        at(0, 20, "h18")
+        + circle(20, 20, 2)
+        + "M60 10h-18M60 30h-18"
+        + circle(40, 10, 2)
+        + circle(40, 30, 2)
+        + "M22 19L38 11",
+        dashed="M20 0v14l6 3",
+    ),
+    "IdealOpAmp": Symbol(
+        60,
+        60,
+        {"p": (0, 20), "n": (0, 40), "out": (60, 30)},
+        "M10 2V58L54 30zM0 20h10M0 40h10M54 30h6M15 20h8M19 16v8M15 40h8",
+    ),
+    "Transformer": Symbol(60, 60, FOUR, COILS + "M28 12v36M32 12v36"),
+    "IdealTransformer": Symbol(60, 60, FOUR, COILS, solid=circle(20, 5, 2) + circle(40, 5, 2)),
+    "Gyrator": Symbol(60, 60, FOUR, "M0 10h16a14 20 0 0 1 0 40h-16M60 10h-16a14 20 0 0 0 0 40h16"),
+    "VCV": _controlled(SENSED_VOLTAGE, "M42 16v28"),
+    "CCV": _controlled(SENSED_CURRENT, "M42 16v28"),
+    "VCC": _controlled(SENSED_VOLTAGE, "M30 30h24"),
+    "CCC": _controlled(SENSED_CURRENT, "M30 30h24"),
+    "AveragedBridge": _converter("=", "=", {**FOUR, "duty": (30, 0)}),
+    "HBridge": _converter("=", "=", {**FOUR, "duty": (30, 0)}),
+    "CurrentLimitedBridge": _converter("=", "=", {**FOUR, "duty": (30, 0)}),
+    "CurrentControlledBridge": _converter("=", "=", {**FOUR, "u": (30, 0)}),
+    "Inverter": _converter("=", "≈", {"p": (0, 20), "n": (0, 40), "machine": (60, 30), "u_d": (20, 0), "u_q": (40, 0)}),
+    "EMF": _machine("EMF", "support"),
+    "MagnetEMF": _machine("EMF", "heat"),
+    "DCMotor": _machine("M"),
+    "BrushedMotor": _machine("M", "ambient"),
+    "PMSM": Symbol(
+        60,
+        60,
+        {"terminals": (0, 30), "shaft": (60, 30)},
+        circle(30, 30, 19) + "M0 30h11M49 30h11",
+        texts=((30, 25, "M", 12), (30, 38, "3~", 10)),
+    ),
+    "PMSMDrive": Symbol(
+        120,
+        60,
+        {"p": (0, 20), "n": (0, 40), "u": (30, 0), "shaft": (120, 30)},
+        rect(10, 10, 40, 40)
+        + "M10 50L50 10M0 20h10M0 40h10M30 0v10M50 22h16M50 30h11M50 38h16M99 30h21"
+        + circle(80, 30, 19),
+        texts=((20, 20, "=", 13), (40, 41, "≈", 13), (80, 25, "M", 12), (80, 38, "3~", 10)),
+    ),
+    "TranslationalEMF": Symbol(
+        60,
+        60,
+        {"p": (20, 0), "n": (20, 60), "rod": (60, 30)},
+        "M20 0v10" + _DOWN + "v10M6 10h-2v40h2M27 30h33",
+        solid=head(54, 30, 1, 0),
+    ),
+    "Solenoid": SOLENOID,
+    "DataSheetSolenoid": SOLENOID,
+    "VoltageSensor": _meter("V", **OUTPUT),
+    "CurrentSensor": _meter("A", **OUTPUT),
+    "PowerSensor": _meter("W", **OUTPUT, reference=(30, 40)),
+    "DqCurrentSensor": _meter("A", y_d=(20, 0), y_q=(40, 0)),
+}

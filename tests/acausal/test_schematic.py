@@ -1,0 +1,116 @@
+"""Layout of schematics: symbols, labels and lines keep apart, for models and for random graphs."""
+
+import itertools
+from random import Random
+
+import pytest
+
+from acausal import ModelError, Symbol
+from acausal._show.schematic.graph import Graph, graph_of
+from acausal._show.schematic.layout import Layout, layout
+from acausal._show.schematic.programs import least_lengths
+from acausal._show.schematic.shape import Rect
+from acausal._show.schematic.symbols import Point, Turned
+
+PART = Symbol(60, 40, {"a": (0, 20), "b": (60, 20), "top": (30, 0), "below": (30, 40)})
+ELEMENT = Symbol(60, 20, {"a": (0, 10), "b": (60, 10)})
+TANK = Symbol(20, 20, {"port": (10, 0)}, is_reference=True)
+WALL = Symbol(10, 20, {"port": (0, 10)}, is_reference=True)
+
+
+def random_graph(random: Random) -> Graph:
+    """Symbols with ports on all sides, joined at random, some of them to references."""
+    symbols = {f"part_{i}": random.choice([PART, ELEMENT]) for i in range(random.randint(2, 14))}
+    ends = [(name, port) for name, symbol in symbols.items() for port in symbol.ports]
+    random.shuffle(ends)
+    joints = []
+    for reference, symbol in (("tank", TANK), ("wall", WALL)):
+        symbols[reference] = symbol
+        joints.append([(reference, "port"), *(ends.pop() for _ in range(random.randint(1, 2)))])
+    while len(ends) > 1:
+        joints.append([ends.pop() for _ in range(min(len(ends), random.choice([2, 2, 2, 3, 4])))])
+    return graph_of(symbols, joints)
+
+
+def rects(found: Layout) -> list[list[Rect]]:
+    """The rectangles of each shape and its label."""
+    pairs = zip(found.graph.shapes, found.corners, strict=True)
+    return [[rect.moved(*corner) for rect in shape.rects] for shape, corner in pairs]
+
+
+def ports(found: Layout) -> list[set[Point]]:
+    """The places of the ports of each net."""
+    nets = []
+    for net in found.graph.nets:
+        corners = [found.corners[end.shape] for end in net]
+        places = [found.graph.shapes[end.shape].turned.port(end.port) for end in net]
+        nets.append({(a + x, b + y) for (a, b), (x, y) in zip(corners, places, strict=True)})
+    return nets
+
+
+def check(found: Layout) -> None:
+    """Nothing overlaps, each net is one connected set of lines between its ports, and nets only cross."""
+    shapes = rects(found)
+    assert not any(a.meets(b) for p, q in itertools.combinations(shapes, 2) for a, b in itertools.product(p, q))
+    symbols = {point for rects_of in shapes for rect in rects_of[:-1] for point in rect.points()}
+    for wire, ends in zip(found.wires, ports(found), strict=True):
+        points = {point for edge in wire.edges for point in edge}
+        assert ends <= points
+        assert points & symbols == ends, "a line touches a symbol"
+        reached, todo = set(), [min(points)]
+        while todo:
+            point = todo.pop()
+            reached.add(point)
+            todo += [b for edge in wire.edges if point in edge for b in edge if b not in reached]
+        assert reached == points
+        assert sum(len(range(a[0], b[0])) + len(range(a[1], b[1])) for a, b in wire.runs()) == len(wire.edges)
+    for one, other in itertools.combinations(found.wires, 2):
+        assert not one.edges & other.edges
+        assert not set(one.junctions()) & {point for edge in other.edges for point in edge}
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_graphs(seed: int) -> None:
+    check(layout(random_graph(Random(seed))))
+
+
+def test_a_chain_runs_from_left_to_right() -> None:
+    """A part whose port faces away is mirrored, and the reference at the end turns to the port."""
+    joints = [[("first", "b"), ("second", "b")], [("second", "a"), ("third", "a")], [("third", "b"), ("wall", "port")]]
+    found = layout(graph_of({"first": ELEMENT, "second": ELEMENT, "third": ELEMENT, "wall": WALL}, joints))
+    assert [shape.turned.is_mirrored for shape in found.graph.shapes] == [False, True, False]
+    (left, y), (middle, _), (right, _) = found.corners
+    assert left < middle < right
+    assert found.corners == ((left, y), (middle, y), (right, y))
+    assert [len(list(wire.runs())) for wire in found.wires] == [1, 1]
+    assert found.graph.shapes[2].hangers[0].turned == Turned(WALL)
+
+
+def test_an_element_to_a_tank_stands_upright() -> None:
+    joints = [[("first", "b"), ("second", "a")], [("second", "b"), ("tank", "port")]]
+    second = graph_of({"first": ELEMENT, "second": ELEMENT, "tank": TANK}, joints).shapes[1]
+    assert second.turned.side("a") == (0, -1)
+    assert second.hangers[0].rect == Rect(0, 7, 2, 9)
+
+
+def test_sources_stand_between_the_branches_of_a_loop() -> None:
+    joints = [[("source", "a"), ("one", "a")], [("one", "b"), ("two", "b")], [("source", "b"), ("two", "a")]]
+    found = layout(graph_of(dict.fromkeys(["source", "one", "two"], ELEMENT), joints))
+    check(found)
+    assert sum(shape.turned.is_turned for shape in found.graph.shapes) <= 1
+
+
+def test_components_without_lines() -> None:
+    found = layout(graph_of({"alone": PART, "other": ELEMENT}, []))
+    check(found)
+    assert found.wires == ()
+
+
+def test_least_lengths() -> None:
+    assert least_lengths(3, [(0, 1, 0.0, 1.0), (1, 2, 4.0, 1.0)], [(0, 1, 2.0)]).tolist() == [0, 2, 6]
+
+
+@pytest.mark.parametrize("place", [(0, 0), (5, 0), (30, 20), (70, 10)])
+def test_bad_places_of_ports(place: Point) -> None:
+    with pytest.raises(ModelError, match=r"Port 'a' of a symbol is at .*: place it at a multiple of 10 on one edge"):
+        Symbol(60, 40, {"a": place})
