@@ -4,9 +4,11 @@ Blocks that open with ```` ```python ```` are executed, all blocks of a page in 
 block right after a block is its output. Words after `python` are options:
 
 - `raises`: the block must end in an exception, whose type and message are its output;
-- `picture=NAME`: the current matplotlib figure is saved as `docs/pictures/NAME.png` when the pages are regenerated.
+- `picture=NAME`: the current matplotlib figure is saved as `docs/pictures/NAME.png` when the pages are regenerated. If
+  the block ends with an object that notebooks show as SVG, this is saved as `docs/pictures/NAME.svg`.
 """
 
+import ast
 import contextlib
 import dataclasses
 import functools as ft
@@ -17,6 +19,7 @@ import textwrap
 import types
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import matplotlib as mpl
 
@@ -67,9 +70,9 @@ def refreshed(page: Path, pictures: Path | None = None) -> str:
         for match in _BLOCK.finditer(text):
             line = text.count("\n", 0, match.start("code")) + 1
             block = Block(tuple(match["words"].split()), match["code"], line)
-            output = _run(block, module, page)
+            output, value = _run(block, module, page)
             if block.picture and pictures is not None:
-                _draw(block.picture, pictures)
+                _draw(block.picture, pictures, value)
             plt.close("all")
             pieces += [text[end : match.start()], f"```python{match['words']}\n{block.code}```\n"]
             pieces += [f"\n```text\n{output}\n```\n"] if output else []
@@ -98,13 +101,18 @@ def _module(name: str) -> Iterator[types.ModuleType]:
         del sys.modules[name]
 
 
-def _run(block: Block, module: types.ModuleType, page: Path) -> str:
+def _run(block: Block, module: types.ModuleType, page: Path) -> tuple[str, object]:
+    """The output of a block, and the value of the expression with which it ends, if any."""
     # Blank lines in front, so that a traceback has the line numbers of the page.
-    code = compile("\n" * (block.line - 1) + block.code, str(page), "exec")
-    printed = io.StringIO()
+    code = ast.parse("\n" * (block.line - 1) + block.code, str(page))
+    end = code.body[-1]
+    last = ast.Expression(end.value) if isinstance(end, ast.Expr) else None
+    code.body = code.body[:-1] if last else code.body
+    printed, value = io.StringIO(), None
     with contextlib.redirect_stdout(printed):
         try:
-            exec(code, vars(module))
+            exec(compile(code, str(page), "exec"), vars(module))
+            value = eval(compile(last, str(page), "eval"), vars(module)) if last else None
         except Exception as error:
             if not block.raises:
                 raise PageError(f"{page.name}, block at line {block.line}: {type(error).__name__}: {error}") from error
@@ -112,7 +120,7 @@ def _run(block: Block, module: types.ModuleType, page: Path) -> str:
         else:
             if block.raises:
                 raise PageError(f"{page.name}, block at line {block.line}: no exception was raised.")
-    return "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").split("\n"))
+    return "\n".join(line.rstrip() for line in printed.getvalue().strip("\n").split("\n")), value
 
 
 def _wrapped(message: str) -> str:
@@ -120,6 +128,9 @@ def _wrapped(message: str) -> str:
     return "\n".join(fill(line) for line in message.split("\n"))
 
 
-def _draw(name: str, folder: Path) -> None:
+def _draw(name: str, folder: Path, value: Any) -> None:
     folder.mkdir(exist_ok=True)
-    plt.gcf().savefig(folder / f"{name}.png", dpi=100)
+    if hasattr(value, "_repr_svg_"):
+        (folder / f"{name}.svg").write_text(value._repr_svg_(), encoding="utf-8")
+    else:
+        plt.gcf().savefig(folder / f"{name}.png", dpi=100)

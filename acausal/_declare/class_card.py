@@ -19,6 +19,7 @@ from .energy_terms import energy_terms
 from .fields import dynamic_fields
 from .node import Node, Port, Record
 
+
 class Row(NamedTuple):
     """One argument, port or variable. `kind` is its unit, or its class."""
 

@@ -23,7 +23,7 @@ def collected() -> Pages:
         pages.texts[f"library/{domain}.md"] += cards(domain, pages, uses())
     for module in GROUPS:
         pages.texts[f"reference/{module}.md"] += reference(module, pages)
-    pages.files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in PICTURES.glob("*.png")}
+    pages.files |= {f"pictures/{picture.name}": picture.read_bytes() for picture in PICTURES.iterdir()}
     pages.files["site.css"] = (DOCS / "site" / "site.css").read_bytes()
     pages.add_sources()
     return pages

@@ -23,7 +23,11 @@ def _cell(cell: Any, name: str, pictures: dict[str, bytes]) -> Iterator[str]:
     yield f"```python\n{cell.source}\n```"
     for output in cell.get("outputs", []):
         data = output.get("data", {})
-        if "image/png" in data:
+        if "image/svg+xml" in data:
+            picture = f"{name}_{len(pictures) + 1}.svg"
+            pictures[picture] = "".join(data["image/svg+xml"]).encode()
+            yield f"![Output of the code above](pictures/{picture})"
+        elif "image/png" in data:
             picture = f"{name}_{len(pictures) + 1}.png"
             pictures[picture] = base64.b64decode(data["image/png"])
             yield f"![Output of the code above](pictures/{picture})"

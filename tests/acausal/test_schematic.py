@@ -1,4 +1,4 @@
-"""Layout of schematics: symbols, labels and lines keep apart, for models and for random graphs."""
+"""Schematic of schematics: symbols, labels and lines keep apart, for models and for random graphs."""
 
 import itertools
 from random import Random
@@ -6,10 +6,10 @@ from random import Random
 import pytest
 
 from acausal import ModelError, Symbol
+from acausal._show.schematic.glyph import Rect
 from acausal._show.schematic.graph import Graph, graph_of
-from acausal._show.schematic.layout import Layout, layout
+from acausal._show.schematic.layout import Schematic, layout
 from acausal._show.schematic.programs import least_lengths
-from acausal._show.schematic.shape import Rect
 from acausal._show.schematic.symbols import Point, Turned
 
 PART = Symbol(60, 40, {"a": (0, 20), "b": (60, 20), "top": (30, 0), "below": (30, 40)})
@@ -32,27 +32,27 @@ def random_graph(random: Random) -> Graph:
     return graph_of(symbols, joints)
 
 
-def rects(found: Layout) -> list[list[Rect]]:
-    """The rectangles of each shape and its label."""
-    pairs = zip(found.graph.shapes, found.corners, strict=True)
-    return [[rect.moved(*corner) for rect in shape.rects] for shape, corner in pairs]
+def rects(found: Schematic) -> list[list[Rect]]:
+    """The rectangles of each glyph and its label."""
+    pairs = zip(found.graph.glyphs, found.corners, strict=True)
+    return [[rect.moved(*corner) for rect in glyph.rects] for glyph, corner in pairs]
 
 
-def ports(found: Layout) -> list[set[Point]]:
+def ports(found: Schematic) -> list[set[Point]]:
     """The places of the ports of each net."""
     nets = []
     for net in found.graph.nets:
-        corners = [found.corners[end.shape] for end in net]
-        places = [found.graph.shapes[end.shape].turned.port(end.port) for end in net]
+        corners = [found.corners[end.glyph] for end in net]
+        places = [found.graph.glyphs[end.glyph].turned.port(end.port) for end in net]
         nets.append({(a + x, b + y) for (a, b), (x, y) in zip(corners, places, strict=True)})
     return nets
 
 
-def check(found: Layout) -> None:
+def check(found: Schematic) -> None:
     """Nothing overlaps, each net is one connected set of lines between its ports, and nets only cross."""
-    shapes = rects(found)
-    assert not any(a.meets(b) for p, q in itertools.combinations(shapes, 2) for a, b in itertools.product(p, q))
-    symbols = {point for rects_of in shapes for rect in rects_of[:-1] for point in rect.points()}
+    glyphs = rects(found)
+    assert not any(a.meets(b) for p, q in itertools.combinations(glyphs, 2) for a, b in itertools.product(p, q))
+    symbols = {point for rects_of in glyphs for rect in rects_of[:-1] for point in rect.points()}
     for wire, ends in zip(found.wires, ports(found), strict=True):
         points = {point for edge in wire.edges for point in edge}
         assert ends <= points
@@ -78,17 +78,17 @@ def test_a_chain_runs_from_left_to_right() -> None:
     """A part whose port faces away is mirrored, and the reference at the end turns to the port."""
     joints = [[("first", "b"), ("second", "b")], [("second", "a"), ("third", "a")], [("third", "b"), ("wall", "port")]]
     found = layout(graph_of({"first": ELEMENT, "second": ELEMENT, "third": ELEMENT, "wall": WALL}, joints))
-    assert [shape.turned.is_mirrored for shape in found.graph.shapes] == [False, True, False]
+    assert [glyph.turned.is_mirrored for glyph in found.graph.glyphs] == [False, True, False]
     (left, y), (middle, _), (right, _) = found.corners
     assert left < middle < right
     assert found.corners == ((left, y), (middle, y), (right, y))
     assert [len(list(wire.runs())) for wire in found.wires] == [1, 1]
-    assert found.graph.shapes[2].hangers[0].turned == Turned(WALL)
+    assert found.graph.glyphs[2].hangers[0].turned == Turned(WALL)
 
 
 def test_an_element_to_a_tank_stands_upright() -> None:
     joints = [[("first", "b"), ("second", "a")], [("second", "b"), ("tank", "port")]]
-    second = graph_of({"first": ELEMENT, "second": ELEMENT, "tank": TANK}, joints).shapes[1]
+    second = graph_of({"first": ELEMENT, "second": ELEMENT, "tank": TANK}, joints).glyphs[1]
     assert second.turned.side("a") == (0, -1)
     assert second.hangers[0].rect == Rect(0, 7, 2, 9)
 
@@ -97,7 +97,7 @@ def test_sources_stand_between_the_branches_of_a_loop() -> None:
     joints = [[("source", "a"), ("one", "a")], [("one", "b"), ("two", "b")], [("source", "b"), ("two", "a")]]
     found = layout(graph_of(dict.fromkeys(["source", "one", "two"], ELEMENT), joints))
     check(found)
-    assert sum(shape.turned.is_turned for shape in found.graph.shapes) <= 1
+    assert sum(glyph.turned.is_turned for glyph in found.graph.glyphs) <= 1
 
 
 def test_components_without_lines() -> None:

@@ -2,6 +2,7 @@
 
 import importlib
 import inspect
+import sys
 from typing import Any
 from xml.etree import ElementTree
 
@@ -37,6 +38,6 @@ def test_symbol(cls: type) -> None:
 
 @pytest.mark.parametrize("domain", DOMAINS)
 def test_symbols_belong_to_classes(domain: str) -> None:
-    modules = [module for name, module in importlib.sys.modules.items() if name.startswith(f"components.{domain}.")]
+    modules = [module for name, module in sys.modules.items() if name.startswith(f"components.{domain}.")]
     known = {name for module in modules for name, item in vars(module).items() if inspect.isclass(item)}
     assert not TABLES[domain].keys() - known

@@ -1,4 +1,4 @@
-"""Columns of a schematic: the direction of each shape, and its column."""
+"""Columns of a schematic: the direction of each glyph, and its column."""
 
 import dataclasses
 
@@ -9,25 +9,25 @@ from .programs import least_lengths
 from .symbols import Turned
 
 SLIGHT = 1e-3  # weight that makes an optimum unique
-LEAST_GAIN = 0.05  # below which a shape keeps its direction
+LEAST_GAIN = 0.05  # below which a glyph keeps its direction
 RELIEF = 0.3  # of strain, for which an element is turned upright
 
 
 def facing(graph: Graph) -> tuple[Graph, np.ndarray]:
-    """The graph with shapes mirrored so that ports face their partners, and places from left to right.
+    """The graph with glyphs mirrored so that ports face their partners, and places from left to right.
 
     A port on the right wants its partners one to the right. The places minimise the squared deviations from that
     (Carmel, Harel, Koren, Drawing directed graphs using one-dimensional optimization, 2002). Shapes are mirrored one
     after the other while this lowers the minimum.
     """
-    count = len(graph.shapes)
+    count = len(graph.glyphs)
     matrix, pull, alike = SLIGHT * np.eye(count), np.zeros((count, count)), np.zeros((count, count))
     for a, b, weight in graph.pairs():
-        ends = np.array([a.shape, b.shape])
+        ends = np.array([a.glyph, b.glyph])
         matrix[ends, ends] += weight
         matrix[ends, ends[::-1]] -= weight
-        pull[ends, a.shape] += 0.5 * weight * graph.side(a)[0] * np.array([-1.0, 1.0])
-        pull[ends, b.shape] += 0.5 * weight * graph.side(b)[0] * np.array([1.0, -1.0])
+        pull[ends, a.glyph] += 0.5 * weight * graph.side(a)[0] * np.array([-1.0, 1.0])
+        pull[ends, b.glyph] += 0.5 * weight * graph.side(b)[0] * np.array([1.0, -1.0])
         if weight < 1.0:  # more than two ports: those on the same side of a line may stand below each other
             alike[ends, ends[::-1]] += 0.25 * weight * graph.side(a)[0] * graph.side(b)[0]
     inverse = np.linalg.inv(matrix)
@@ -38,7 +38,7 @@ def facing(graph: Graph) -> tuple[Graph, np.ndarray]:
             break
         sense[np.argmax(gain)] *= -1.0
     for number in np.flatnonzero(sense < 0.0).tolist():
-        turned = graph.shapes[number].turned
+        turned = graph.glyphs[number].turned
         graph = graph.turned(number, dataclasses.replace(turned, is_mirrored=not turned.is_mirrored))
     return graph, inverse @ pull @ sense
 
@@ -47,9 +47,9 @@ def standing(graph: Graph) -> tuple[Graph, np.ndarray]:
     """The graph as `facing` returns it, with elements upright whose two ports cannot both face their partners."""
     graph, x = facing(graph)
     strain = _strain(graph, x)
-    for number, shape in enumerate(graph.shapes):
-        turned = shape.turned
-        sides = [turned.side(port)[0] for port in (*shape.used, *shape.references)]
+    for number, glyph in enumerate(graph.glyphs):
+        turned = glyph.turned
+        sides = [turned.side(port)[0] for port in (*glyph.used, *glyph.references)]
         if turned.is_turned or sorted(side for side in sides if side) != [-1, 1]:
             continue
         for mirrored in (False, True):
@@ -62,20 +62,20 @@ def standing(graph: Graph) -> tuple[Graph, np.ndarray]:
 def _strain(graph: Graph, x: np.ndarray) -> float:
     """The sum of squared deviations from the distances that ports want."""
     return sum(
-        weight * (x[b.shape] - x[a.shape] - 0.5 * (graph.side(a)[0] - graph.side(b)[0])) ** 2
+        weight * (x[b.glyph] - x[a.glyph] - 0.5 * (graph.side(a)[0] - graph.side(b)[0])) ** 2
         for a, b, weight in graph.pairs()
     )
 
 
 def columns(graph: Graph, x: np.ndarray) -> np.ndarray:
-    """The column of each shape, so that the lines are short and ports face their partners."""
+    """The column of each glyph, so that the lines are short and ports face their partners."""
     order = np.lexsort((np.arange(len(x)), np.round(x, 2)))
     place = np.argsort(order)
     links, bounds = [], []
     for a, b, weight in graph.pairs():
-        a, b = (a, b) if place[a.shape] < place[b.shape] else (b, a)
+        a, b = (a, b) if place[a.glyph] < place[b.glyph] else (b, a)
         (right_a, down_a), (right_b, down_b) = graph.side(a), graph.side(b)
         faces, is_beside = right_a > right_b, down_a == down_b != 0
-        links.append((a.shape, b.shape, 1.0 if faces or is_beside else 0.0, 4.0 * weight if is_beside else weight))
-        bounds += [(a.shape, b.shape, 1.0)] if faces else []
-    return least_lengths(len(graph.shapes), links, bounds)
+        links.append((a.glyph, b.glyph, 1.0 if faces or is_beside else 0.0, 4.0 * weight if is_beside else weight))
+        bounds += [(a.glyph, b.glyph, 1.0)] if faces else []
+    return least_lengths(len(graph.glyphs), links, bounds)

@@ -1,18 +1,18 @@
-"""Graph of a schematic: shapes, and nets of ports, with references at the ports that they fix."""
+"""Graph of a schematic: glyphs, and nets of ports, with references at the ports that they fix."""
 
 import dataclasses
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from .shape import Shape
+from .glyph import Glyph
 from .symbols import Point, Symbol, Turned
 
 
 class Terminal(NamedTuple):
-    """A port of a shape, by the number of the shape."""
+    """A port of a glyph, by the number of the glyph."""
 
-    shape: int
+    glyph: int
     port: str
 
 
@@ -21,25 +21,25 @@ Net = tuple[Terminal, ...]
 
 @dataclasses.dataclass(frozen=True)
 class Graph:
-    shapes: tuple[Shape, ...]
+    glyphs: tuple[Glyph, ...]
     nets: tuple[Net, ...]
     net_of: tuple[int, ...]  # number of the joint that each net draws
 
     def side(self, end: Terminal) -> Point:
-        return self.shapes[end.shape].turned.side(end.port)
+        return self.glyphs[end.glyph].turned.side(end.port)
 
     def pairs(self) -> Iterator[tuple[Terminal, Terminal, float]]:
-        """Connected ports of different shapes, with weights: all pairs of a net together weigh as its lines."""
+        """Connected ports of different glyphs, with weights: all pairs of a net together weigh as its lines."""
         for net in self.nets:
             for a, b in itertools.combinations(net, 2):
-                if a.shape != b.shape:
+                if a.glyph != b.glyph:
                     yield a, b, 2.0 / len(net)
 
     def turned(self, number: int, turned: Turned) -> "Graph":
-        """A copy in which a shape has another direction."""
-        shapes = list(self.shapes)
-        shapes[number] = dataclasses.replace(shapes[number], turned=turned)
-        return dataclasses.replace(self, shapes=tuple(shapes))
+        """A copy in which a glyph has another direction."""
+        glyphs = list(self.glyphs)
+        glyphs[number] = dataclasses.replace(glyphs[number], turned=turned)
+        return dataclasses.replace(self, glyphs=tuple(glyphs))
 
 
 def graph_of(symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str, str]]]) -> Graph:
@@ -59,11 +59,11 @@ def graph_of(symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str,
                 used[name].append(port)
         if i not in fixing and len(own) > 1:
             nets[i] = tuple(Terminal(number[name], port) for name, port in own)
-    shapes = (
-        Shape(name, _upright(symbols[name], used[name], references[name]), tuple(used[name]), references[name])
+    glyphs = (
+        Glyph(name, _upright(symbols[name], used[name], references[name]), tuple(used[name]), references[name])
         for name in names
     )
-    return Graph(tuple(shapes), tuple(nets.values()), tuple(nets))
+    return Graph(tuple(glyphs), tuple(nets.values()), tuple(nets))
 
 
 def _reference(joint: Sequence[tuple[str, str]], symbols: Mapping[str, Symbol], joints: Sequence) -> str | None:

@@ -1,4 +1,4 @@
-"""Orthogonal lines between ports, around shapes, with few bends and crossings."""
+"""Orthogonal lines between ports, around glyphs, with few bends and crossings."""
 
 import dataclasses
 import heapq
@@ -16,7 +16,7 @@ Edge = tuple[Point, Point]
 State = tuple[Point, Point]  # a point and the direction of arrival
 
 
-class End(NamedTuple):
+class PortEnd(NamedTuple):
     """A port and the direction in which its line leaves."""
 
     at: Point
@@ -56,7 +56,7 @@ class NoRoute(Exception):
     """Raised if a port cannot be reached."""
 
 
-def routed(nets: Sequence[Sequence[End]], blocked: set[Point], size: Point) -> list[Wire]:
+def routed(nets: Sequence[Sequence[PortEnd]], blocked: set[Point], size: Point) -> list[Wire]:
     """Lines for all nets on a grid of a given size. Raises `NoRoute` if there is no space for one."""
     router = _Router(nets, blocked, size)
     order = sorted(range(len(nets)), key=lambda number: _extent(nets[number]))
@@ -68,7 +68,7 @@ def routed(nets: Sequence[Sequence[End]], blocked: set[Point], size: Point) -> l
     return [Wire(frozenset(router.edges[number])) for number in range(len(nets))]
 
 
-def _extent(net: Sequence[End]) -> int:
+def _extent(net: Sequence[PortEnd]) -> int:
     xs, ys = zip(*(end.at for end in net), strict=True)
     return max(xs) - min(xs) + max(ys) - min(ys)
 
@@ -87,7 +87,7 @@ def _is_across(edge: Edge, way: Point) -> bool:
 
 
 class _Router:
-    def __init__(self, nets: Sequence[Sequence[End]], blocked: set[Point], size: Point) -> None:
+    def __init__(self, nets: Sequence[Sequence[PortEnd]], blocked: set[Point], size: Point) -> None:
         self._nets, self._blocked, self._size = nets, blocked, size
         self._close = {_moved(point, way) for point in blocked for way in ((1, 0), (-1, 0), (0, 1), (0, -1))}
         self._reserved = {end.stub: number for number, net in enumerate(nets) for end in net}
@@ -120,7 +120,7 @@ class _Router:
             for point in edge:
                 self._lines[point][number].add(edge)
 
-    def _path(self, number: int, end: End, targets: set[Point]) -> list[Point]:
+    def _path(self, number: int, end: PortEnd, targets: set[Point]) -> list[Point]:
         """The cheapest path from a port to one of the targets (Dijkstra, with a bound on the remaining length)."""
         left, top = (min(point[axis] for point in targets) for axis in (0, 1))
         right, bottom = (max(point[axis] for point in targets) for axis in (0, 1))

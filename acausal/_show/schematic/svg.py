@@ -5,10 +5,10 @@ from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from .drawing import DARK, ROOT, drawn, word
+from .glyph import Glyph
 from .graph import Terminal
-from .layout import Layout
+from .layout import Schematic
 from .routing import Wire
-from .shape import Shape
 from .symbols import GRID, Point, Turned
 
 
@@ -20,7 +20,9 @@ class Look(NamedTuple):
     link: str = ""
 
 
-def svg(layout: Layout, colours: Sequence[str], looks: Mapping[str, Look], inputs: Container[tuple[str, str]]) -> str:
+def svg(
+    layout: Schematic, colours: Sequence[str], looks: Mapping[str, Look], inputs: Container[tuple[str, str]]
+) -> str:
     """The picture, from the colours of the nets and the looks of the parts by name. Lines end in arrows at inputs."""
     width, height = (GRID * length for length in layout.size)
     size = f'viewBox="0 0 {width} {height}" width="{width}" height="{height}"'
@@ -29,10 +31,10 @@ def svg(layout: Layout, colours: Sequence[str], looks: Mapping[str, Look], input
         _arrow(layout, end, colour)
         for net, colour in zip(layout.graph.nets, colours, strict=True)
         for end in net
-        if (layout.graph.shapes[end.shape].name, end.port) in inputs
+        if (layout.graph.glyphs[end.glyph].name, end.port) in inputs
     ]
-    pairs = zip(layout.graph.shapes, layout.corners, strict=True)
-    parts = [part for shape, corner in pairs for part in _shape(shape, corner, looks)]
+    pairs = zip(layout.graph.glyphs, layout.corners, strict=True)
+    parts = [part for glyph, corner in pairs for part in _glyph(glyph, corner, looks)]
     ground = f'<rect width="{width}" height="{height}" fill="white"/>'
     return "\n".join([f"<svg {ROOT} {size}>", ground, *lines, *arrows, *parts, "</svg>"])
 
@@ -42,8 +44,8 @@ def _wire(wire: Wire, colour: str) -> str:
     return f'<g stroke="{colour}"><path d="{"".join(_line(run) for run in wire.runs())}"/>{"".join(dots)}</g>'
 
 
-def _arrow(layout: Layout, end: Terminal, colour: str) -> str:
-    turned, corner = layout.graph.shapes[end.shape].turned, layout.corners[end.shape]
+def _arrow(layout: Schematic, end: Terminal, colour: str) -> str:
+    turned, corner = layout.graph.glyphs[end.glyph].turned, layout.corners[end.glyph]
     x, y = (GRID * (p + q) for p, q in zip(corner, turned.port(end.port), strict=True))
     right, down = turned.side(end.port)
     back = ((x + 8 * right + 3.5 * side * down, y + 8 * down + 3.5 * side * right) for side in (-1, 1))
@@ -54,12 +56,12 @@ def _line(points: Sequence[Point]) -> str:
     return "M" + "L".join(f"{GRID * x} {GRID * y}" for x, y in points)
 
 
-def _shape(shape: Shape, corner: Point, looks: Mapping[str, Look]) -> Iterator[str]:
+def _glyph(glyph: Glyph, corner: Point, looks: Mapping[str, Look]) -> Iterator[str]:
     """The symbol with its name, and the references at its ports."""
     left, top = corner
-    ports = (*shape.used, *shape.references)
-    yield _part(shape.turned, corner, looks[shape.name], ports, _label(shape))
-    for hanger in shape.hangers:
+    ports = (*glyph.used, *glyph.references)
+    yield _part(glyph.turned, corner, looks[glyph.name], ports, _label(glyph))
+    for hanger in glyph.hangers:
         look, (x, y) = looks[hanger.name], hanger.corner
         line = _line([(left + a, top + b) for a, b in hanger.line])
         yield f'<path d="{line}" stroke="{look.colour}"/>'
@@ -75,7 +77,7 @@ def _part(turned: Turned, corner: Point, look: Look, used: Sequence[str], label:
     return f'<a href="{html.escape(look.link)}">{group}</a>' if look.link else group
 
 
-def _label(shape: Shape) -> str:
-    (left, top, right, bottom), anchor = shape.label
+def _label(glyph: Glyph) -> str:
+    (left, top, right, bottom), anchor = glyph.label
     x = {"start": left, "middle": (left + right) / 2.0, "end": right}[anchor]
-    return word(GRID * x, GRID * (top + bottom) / 2.0, shape.name, DARK, 11.0, anchor)
+    return word(GRID * x, GRID * (top + bottom) / 2.0, glyph.name, DARK, 11.0, anchor)

@@ -55,7 +55,7 @@ class Label(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class Shape:
+class Glyph:
     """A component with its label and the references at its ports, relative to the corner of its symbol."""
 
     name: str
