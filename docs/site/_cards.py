@@ -40,8 +40,8 @@ _COLUMNS = {
 _CODE = re.compile(r"`(\w+)`")
 
 
-def cards(domain: str, pages: Pages, uses: Mapping[tuple[str, str], list[str]]) -> str:
-    """The cards of a domain by family, after a list of them; `uses` are links to pages that use a class."""
+def cards(domain: str, pages: Pages, uses: Mapping[tuple[str, str], Mapping[str, str]]) -> str:
+    """The cards of a domain by family, after a list of them; `uses` are the pages that use a class."""
     families = _families(DOMAINS[domain])
     lines = ["\n## All components\n"]
     for family, members in families.items():
@@ -50,7 +50,7 @@ def cards(domain: str, pages: Pages, uses: Mapping[tuple[str, str], list[str]]) 
     for family, members in families.items():
         lines.append(f"\n## {family}")
         for cls in members:
-            lines += [*_card(cls, domain, pages), *_used(uses.get((domain, cls.__name__), []))]
+            lines += [*_card(cls, domain, pages), *_used(uses.get((domain, cls.__name__), {}), domain)]
     return "\n".join(lines) + "\n"
 
 
@@ -103,7 +103,7 @@ def _symbol(cls: type) -> str:
     """The symbol of a component, in the colour of the text."""
     if not issubclass(cls, Component):
         return ""
-    return f'<div class="symbol">{symbol_svg(cls).replace(DARK, "currentColor")}</div>'
+    return f'<div class="symbol" data-search-exclude>{symbol_svg(cls).replace(DARK, "currentColor")}</div>'
 
 
 def _row(row: Row) -> tuple[str, ...]:
@@ -122,9 +122,12 @@ def _elsewhere(name: str, domain: str) -> Iterator[str]:
         yield f"ModelingToolkit `{MODULES[domain]}.{there}`"
 
 
-def _used(pages: list[str]) -> Iterator[str]:
-    if pages:
-        yield f"\n**Used in**: {', '.join(pages)}\n"
+def _used(pages: Mapping[str, str], domain: str) -> Iterator[str]:
+    own = f"library/{domain}.md"
+    links = ["[the example above](#example)"] * (own in pages)
+    links += [f"[{title}](../{path})" for path, title in pages.items() if path != own]
+    if links:
+        yield f"\n**Used in**: {', '.join(links)}\n"
 
 
 def _linked(text: str, own: str, domain: str) -> str:
@@ -142,6 +145,7 @@ def _names(domain: str) -> set[str]:
     return {cls.__name__ for cls in exported(DOMAINS[domain])}
 
 
+@ft.cache
 def _place(cls: Any) -> tuple[str, int]:
     """The file of a class, and its first line there."""
     file = Path(inspect.getsourcefile(cls) or "").relative_to(ROOT).as_posix()

@@ -13,16 +13,16 @@ _TITLE = re.compile(r"^# (.*)$", re.MULTILINE)
 
 
 @ft.cache
-def uses() -> dict[tuple[str, str], list[str]]:
-    """Links from a page of the library to the pages whose code imports a class, by package and name."""
-    found: dict[tuple[str, str], list[str]] = {}
+def uses() -> dict[tuple[str, str], dict[str, str]]:
+    """The pages whose code imports a class, by package and name of the class: their titles by path."""
+    found: dict[tuple[str, str], dict[str, str]] = {}
     for page in sorted([*DOCS.rglob("*.md"), *DOCS.glob("*.ipynb")]):
         text = _text(page)
-        link = f"[{_title(text, page)}](../{path_of(page.relative_to(DOCS.parent).as_posix())})"
+        path = path_of(page.relative_to(DOCS.parent).as_posix())
         for package, names in set(_IMPORT.findall(text)):
             for name in re.findall(r"\w+", names):
-                found.setdefault((package, name), []).append(link)
-    return {key: list(dict.fromkeys(links)) for key, links in found.items()}
+                found.setdefault((package, name), {})[path] = _title(text, page)
+    return found
 
 
 def _text(page: Path) -> str:

@@ -2,6 +2,7 @@
 
 import ast
 import dataclasses
+import functools as ft
 import inspect
 import re
 from typing import Any
@@ -18,10 +19,12 @@ from docs.site._cards import DOMAINS, cards
 from docs.site._examples import examples
 from docs.site._pages import Pages
 from docs.site._programs import program
+from docs.site._uses import uses
 
 every_domain = pytest.mark.parametrize("domain", DOMAINS)
 
 
+@ft.cache
 def sections(domain: str) -> dict[str, str]:
     """The cards of a domain by the name of the component."""
     parts = re.split(r"^### (\w+)$", cards(domain, Pages(), {}), flags=re.MULTILINE)
@@ -61,6 +64,13 @@ def test_equations_that_are_no_formulas_are_shown_as_code() -> None:
     card = sections("blocks")["WeightedSum"]
     assert "```python\ndef equations(self" in card
     assert "<math" not in card
+
+
+def test_a_card_names_the_pages_that_use_the_component() -> None:
+    pages = {"library/thermal.md": "Thermal", "drives.md": "Drives"}
+    text = cards("thermal", Pages(), {("thermal", "HeatCapacitor"): pages})
+    assert text.count("**Used in**: [the example above](#example), [Drives](../drives.md)\n") == 1
+    assert "drives.md" in uses()["electrical", "BrushedMotor"]
 
 
 def test_a_card_says_what_the_class_that_it_refers_to_says() -> None:
