@@ -28,6 +28,7 @@ from acausal import (
     replace,
     simulate,
 )
+from acausal._integrate.start.search import _in_stages
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
 from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
 from docs.drive import drive
@@ -158,6 +159,19 @@ class Ladder(Component):
             *(connect(before.q, after.p) for before, after in zip(self.stages, others, strict=False)),
             connect(self.source.n, self.ground.p, *(stage.n for stage in self.stages)),
         )
+
+
+@pytest.mark.parametrize("easy", [None, jnp.asarray(0.5)])
+def test_a_homotopy_ends_at_the_conditions_themselves(easy: Any) -> None:
+    """z + z^3 = 30, from the residual at zero or from an easier right-hand side."""
+
+    def measured(z: Any, args: Any) -> Any:
+        _, right, _ = args
+        return z + z**3 - right
+
+    args = (jnp.zeros(1), jnp.asarray(30.0), jnp.ones(1))
+    z, lack = _in_stages(measured, args, easy)
+    np.testing.assert_allclose([z[0], lack[0]], [3.0, 0.0], atol=1e-8)
 
 
 def test_ladder_of_diodes() -> None:
