@@ -31,9 +31,11 @@ class _Here(NamedTuple):
 
     def moved(self, pull: Array, lack: Array) -> Numbers:
         """The solution dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
-        one = jnp.eye(self.slopes.shape[1])
-        free = one - self.inverse @ self.slopes
         onto = -(self.inverse @ lack)
+        if not onto.size:  # a model without states, parameters to find and unknowns
+            return onto
+        one = jnp.eye(len(onto))
+        free = one - self.inverse @ self.slopes
         along = free @ (pull + self.bend @ onto)
         return onto - free @ linear_solver(one + free @ self.bend @ free, is_refined=True)(along)
 

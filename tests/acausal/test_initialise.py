@@ -161,6 +161,24 @@ class Ladder(Component):
         )
 
 
+class Static(Component):
+    """Equations without a state: a + b = 3 and a - b = 1."""
+
+    a: Var[Scalar, "1"] = 0.0
+    b: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(total=eq(self.a + self.b, 3.0), apart=eq(self.a - self.b, 1.0))
+
+
+def test_a_model_without_states_has_nothing_to_search_for() -> None:
+    final = simulate(initialise(Static(), steady=True), 1.0, save="end").final
+    assert (float(final.a), float(final.b)) == (2.0, 1.0)
+    assert initialise(Static(), lambda s, d: dict(two=eq(s.a, 2.0))).a is None
+    with pytest.raises(SimulationError, match="five"):
+        initialise(Static(), lambda s, d: dict(five=eq(s.a, 5.0)))
+
+
 @pytest.mark.parametrize("easy", [None, jnp.asarray(0.5)])
 def test_a_homotopy_ends_at_the_conditions_themselves(easy: Any) -> None:
     """z + z^3 = 30, from the residual at zero or from an easier right-hand side."""
