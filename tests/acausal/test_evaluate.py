@@ -224,4 +224,4 @@ class Constants(Component):
 
 def test_a_block_of_constants() -> None:
     final = simulate(Constants(), 1.0, save="end", rtol=1e-9).final
-    np.testing.assert_allclose([final.a, final.b, final.x], [2.0, 1.0, np.exp(-1.0)], rtol=1e-8)
+    np.testing.assert_allclose(jnp.stack([final.a, final.b, final.x]), [2.0, 1.0, np.exp(-1.0)], rtol=1e-8)
