@@ -20,7 +20,7 @@ from .._modelica import MODELICA
 from .._modelica import PACKAGES as MODELICA_PACKAGES
 from .._modelingtoolkit import MODELINGTOOLKIT, MODULES
 from ._examples import Example, examples
-from ._formulas import law
+from ._formulas import expression, law
 from ._pages import Pages, SiteError
 from ._programs import program
 from ._tables import table
@@ -76,6 +76,8 @@ def _card(cls: type, domain: str, pages: Pages) -> Iterator[str]:
         if len(rows) == 1 and not any(rows[0][1:]):
             yield f"\n**{heading}**: {rows[0].name}.\n"
         else:
+            if heading == "Energy":
+                rows = [row._replace(meaning=row.meaning and expression(row.meaning)) for row in rows]
             yield f"\n**{heading}**\n\n{table(_COLUMNS[heading], [_row(row) for row in rows])}"
     if names := "; ".join(_elsewhere(cls.__name__, domain)):
         yield f"\n**In other libraries**: {names}\n"

@@ -28,7 +28,7 @@ def law(cls: type) -> Iterator[str]:
     if not issubclass(cls, Component) or cls.equations is Component.equations:
         return
     try:
-        found = _read(list(cls.__mro__))
+        found = _read(cls, list(cls.__mro__))
     except Unreadable:
         yield f"\n**Equations**\n\n```python\n{textwrap.dedent(inspect.getsource(cls.equations)).rstrip()}\n```"
         return
@@ -39,29 +39,53 @@ def law(cls: type) -> Iterator[str]:
         yield f"\nand the equations of {', '.join(f'`{call}`' for call in found.calls)}.\n"
 
 
+def expression(text: str) -> str:
+    """An expression of attributes of a component, which are written without `self`, as a formula or as code."""
+    try:
+        return f"<math>{formula(_OfSelf().visit(ast.parse(text, mode='eval').body), '')}</math>"
+    except Unreadable:
+        return f"`{text}`"
+
+
+class _OfSelf(ast.NodeTransformer):
+    """Turns names other than those of functions into attributes of `self`."""
+
+    def visit_Name(self, node: ast.Name) -> ast.Attribute:
+        return ast.Attribute(ast.Name("self"), node.id)
+
+    def visit_Call(self, node: ast.Call) -> ast.Call:
+        return ast.Call(node.func, [self.visit(one) for one in node.args], node.keywords)
+
+
 def _lines(formulas: dict[str, str]) -> str:
-    shown = "".join(f'<div><math display="inline">{one}</math></div>' for one in dict.fromkeys(formulas.values()))
+    shown = "".join(f'<div><math displaystyle="true">{one}</math></div>' for one in dict.fromkeys(formulas.values()))
     return f'<div class="law">{shown}</div>'
 
 
-def _read(order: list[Any]) -> _Law:
+def _read(cls: Any, order: list[Any]) -> _Law:
     """The equations of the first class in the order that states any, with those of its bases that it adds to."""
     while "equations" not in vars(order[0]):
         order = order[1:]
     if order[0] is Component:
         return _Law()
-    function = ast.parse(textwrap.dedent(inspect.getsource(vars(order[0])["equations"]))).body[0]
-    assert isinstance(function, ast.FunctionDef)
-    reader = _Reader(function.args.args[1].arg, order[1:])
+    function = _parsed(vars(order[0])["equations"])
+    reader = _Reader(cls, function.args.args[1].arg, order[1:])
     reader.statements(function.body, "")
+    reader.helpers(function)
     return reader.law
+
+
+def _parsed(method: Any) -> ast.FunctionDef:
+    function = ast.parse(textwrap.dedent(inspect.getsource(method))).body[0]
+    assert isinstance(function, ast.FunctionDef)
+    return function
 
 
 class _Reader:
     """Reads a method `equations`; `groups` are local variables that hold equations."""
 
-    def __init__(self, rates: str, bases: list[Any]) -> None:
-        self.rates, self.bases, self.law = rates, bases, _Law()
+    def __init__(self, cls: Any, rates: str, bases: list[Any]) -> None:
+        self.cls, self.rates, self.bases, self.law = cls, rates, bases, _Law()
         self.groups: dict[str, ast.expr] = {}
 
     def statements(self, body: list[ast.stmt], when: str) -> None:
@@ -96,7 +120,7 @@ class _Reader:
             case ast.Name(id=name) if name in self.groups:
                 self.add(self.groups[name], when)
             case ast.Call(func=ast.Attribute(value=ast.Call(func=ast.Name(id="super")), attr="equations")):
-                base = _read(self.bases)
+                base = _read(self.cls, self.bases)
                 self.law.equations |= base.equations
                 self.law.definitions |= base.definitions
                 self.law.calls += base.calls
@@ -119,6 +143,27 @@ class _Reader:
                 self.law.equations[name + when] = text
             case _:
                 raise Unreadable
+
+    def helpers(self, function: ast.FunctionDef) -> None:
+        """Defines the methods and properties of the component that a method uses, if each is one expression."""
+        for node in ast.walk(function):
+            match node:
+                case ast.Attribute(value=ast.Name(id="self"), attr=name) if name not in self.law.definitions:
+                    found = inspect.getattr_static(self.cls, name, None)
+                    method = found.fget if isinstance(found, property) else found
+                    if inspect.isfunction(method) and method is not self.cls.equations:
+                        self.define(name, _parsed(method), is_called=method is found)
+
+    def define(self, name: str, function: ast.FunctionDef, *, is_called: bool) -> None:
+        *rest, last = function.body
+        arguments = [ast.Name(one.arg) for one in function.args.args[1:]]
+        if isinstance(last, ast.Return) and last.value and all(isinstance(one, ast.Expr) for one in rest):
+            try:
+                left = ast.Call(ast.Name(name), list[ast.expr](arguments), []) if is_called else ast.Name(name)
+                self.law.definitions[name] = self.equality(left, last.value)
+                self.helpers(function)
+            except Unreadable:
+                return
 
     def equality(self, left: ast.expr, right: ast.expr) -> str:
         return f"{formula(left, self.rates)}<mo>=</mo>{formula(right, self.rates)}"

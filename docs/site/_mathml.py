@@ -108,7 +108,7 @@ class _Writer:
             case "sqrt", [one]:
                 return f"<msqrt>{self.inside(one)}</msqrt>", _ATOM
             case "abs" | "absolute", [one]:
-                return f"<mrow><mo>|</mo>{self.inside(one)}<mo>|</mo></mrow>", _ATOM
+                return f"<mrow><mo>&#124;</mo>{self.inside(one)}<mo>&#124;</mo></mrow>", _ATOM
             case "square", [one]:
                 return f"<msup><mrow>{self.within(one, _ATOM)}</mrow><mn>2</mn></msup>", _POWER
             case "exp", [one]:

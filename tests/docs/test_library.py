@@ -50,7 +50,7 @@ def test_a_card_shows_law_unit_range_energy_and_names_elsewhere() -> None:
     assert "<mi>v</mi><mo>=</mo><mi>R</mi>" in card
     assert "| `R` | ohm | nonnegative | resistance |" in card
     assert "| `p` | Pin | v in V, i in A |" in card
-    assert "`dissipated` | W | R * i ** 2" in card
+    assert '`dissipated` | W | <math><mi>R</mi><mspace width="0.15em"/><msup><mrow><mi>i</mi></mrow>' in card
     assert "MSL `Modelica.Electrical.Analog.Basic.Resistor`; ModelingToolkit `Electrical.Resistor`" in card
 
 
@@ -58,6 +58,11 @@ def test_equations_of_an_optional_port_say_so() -> None:
     card = sections("rotational")["IdealGear"]
     assert "<mtext> without support</mtext>" in card
     assert "<mtext> with support</mtext>" in card
+
+
+def test_equations_define_the_methods_that_they_use() -> None:
+    card = sections("hydraulic")["PilotReliefValve"]
+    assert "<mi>excess</mi><mrow><mo>(</mo><mo>)</mo></mrow><mo>=</mo><mi>dp</mi><mo>−</mo><mi>pressure</mi>" in card
 
 
 def test_equations_that_are_no_formulas_are_shown_as_code() -> None:
