@@ -1,7 +1,12 @@
 """What a benchmark reports, as a table and as JSON."""
 
 import dataclasses
+import datetime
+import importlib.metadata
 import json
+import os
+import platform
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -33,10 +38,23 @@ def compared(name: str, value: float, unit: str, reference: float, against: str,
 
 
 def write(rows: Sequence[Row], path: Path) -> None:
-    """Save as JSON, without the limits: what is good enough is not a measurement."""
+    """Save as JSON with date, machine and versions, without the limits: what is good enough is not a measurement."""
     fields = ("name", "value", "unit", "against", "ratio")
+    found = {
+        "date": datetime.date.today().isoformat(),
+        "machine": f"{_processor()}, {os.cpu_count()} cores",
+        "versions": {"python": platform.python_version(), "jax": importlib.metadata.version("jax")},
+        "rows": [{f: getattr(row, f) for f in fields} for row in rows],
+    }
     path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_text(json.dumps({"rows": [{f: getattr(row, f) for f in fields} for row in rows]}, indent=1) + "\n")
+    path.write_text(json.dumps(found, indent=1) + "\n")
+
+
+def _processor() -> str:
+    """Its name; Linux has it in a file, where `platform` does not look."""
+    info = Path("/proc/cpuinfo")
+    named = re.search(r"model name\s*: (.*)", info.read_text()) if info.exists() else None
+    return named[1] if named else platform.processor()
 
 
 def show(rows: Sequence[Row]) -> None:

@@ -15,6 +15,7 @@ from docs._exported import exported
 from docs._fluid_power import NAMES, table
 from docs._modelica import MODELICA
 from docs._modelingtoolkit import MODELINGTOOLKIT
+from docs._simscape import SIMSCAPE
 from docs.site._cards import DOMAINS, cards
 from docs.site._examples import examples
 from docs.site._pages import Pages
@@ -85,7 +86,7 @@ def test_a_card_says_what_the_class_that_it_refers_to_says() -> None:
 @pytest.mark.parametrize("domain", MODELICA)
 def test_names_of_other_libraries_belong_to_components(domain: str) -> None:
     here = {item.__name__ for item in exported(DOMAINS[domain])}
-    assert MODELICA[domain].keys() | MODELINGTOOLKIT[domain].keys() <= here
+    assert MODELICA[domain].keys() | MODELINGTOOLKIT[domain].keys() | SIMSCAPE[domain].keys() <= here
 
 
 def test_names_of_fluid_power_are_those_of_all_components() -> None:
