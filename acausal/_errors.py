@@ -86,5 +86,15 @@ def suggestion(name: str, known: Iterable[str]) -> str:
     return f" Did you mean {' or '.join(offered)}?" if offered else ""
 
 
+def unknown_part(path: str, known: Iterable[str], what: str) -> UnknownNameError:
+    """The error for a path without a value of its own. It names the values of the parts below the path, if there are
+    any, or similar paths.
+    """
+    known = list(known)
+    below = [name for name in known if name.startswith((f"{path}.", f"{path}["))]
+    remedy = f" Use the sum over its parts {listed(below)}." if below else suggestion(path, known)
+    return UnknownNameError(f"{path!r} has no {what} of its own.{remedy or f' It is known for {listed(known)}.'}")
+
+
 def _plain(name: str) -> str:
     return name.replace("_", "").lower()

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float
 
+from .._errors import unknown_part
 from .table import aligned, number, pole_name, share_table, shown, without_rounding
 
 
@@ -23,6 +24,8 @@ class Shares(eqx.Module):
     title: str = eqx.field(static=True)
 
     def __getitem__(self, name: str) -> Array:
+        if name not in self.names:
+            raise unknown_part(name, self.names, f"{self.title} share")
         return self.values[self.names.index(name)]
 
     def __str__(self) -> str:

@@ -99,7 +99,11 @@ def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
     """The point in the modes that it implies; for start values, after the events at the start."""
     y, params, outcome, holds = _started(point)
     if not is_traced(outcome) and outcome != 0:
-        raise SimulationError(f"There is no start. {why_ended(point.system, float(outcome), holds)}")
+        why = why_ended(point.system, float(outcome), holds)
+        raise SimulationError(
+            f"{point.system.name} has no operating point at its start values. {why} Remedy: give other start values, "
+            "or a point such as at=sol.final."
+        )
     is_late = point.past is None or begun_late(point.system, point.past, point.t).holds
     y = jnp.where((outcome == 0) & is_late, y if at is None else point.y, jnp.nan)
     return dataclasses.replace(point, y=y, params=params)

@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any, Self
 
+import jax
 import numpy as np
 import pytest
 from _models import oscillator, rc
@@ -19,6 +20,7 @@ from acausal import (
     Param,
     Scalar,
     Solution,
+    UnknownNameError,
     Var,
     connect,
     eq,
@@ -118,6 +120,11 @@ def test_account_of_a_drive_closes() -> None:
     assert min(stored, dissipated) > 0.01 * supplied  # so that nothing closes trivially
     np.testing.assert_allclose(supplied, stored + dissipated, rtol=1e-8)
     np.testing.assert_allclose(account.stored["load"], 0.5e-3 * sol.final.load.w**2, rtol=1e-12)
+    with pytest.raises(UnknownNameError, match=r"'motor' has no energy .* sum over its parts .*motor\.inductor, motor"):
+        account.stored["motor"]
+    with pytest.raises(UnknownNameError, match=r"'sprin' has no energy account of its own\. Did you mean spring"):
+        account.dissipated["sprin"]
+    assert jax.tree.map(float, jax.jit(lambda x: x)(account.stored)) == jax.tree.map(float, account.stored)
 
 
 def test_damped_oscillator_loses_what_it_stored() -> None:

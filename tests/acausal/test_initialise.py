@@ -40,6 +40,8 @@ def test_drive_at_rest() -> None:
     assert float(rest.motor.inductor.i) == pytest.approx(12.0 / 0.3, rel=1e-12)
     assert float(rest.gear.b.phi) == pytest.approx(20.0 * 0.04 * 40.0 / 10.0, rel=1e-12)
     assert float(rest.load.w) == pytest.approx(0.0, abs=1e-12)
+    assert rest.load.b.phi is None
+    assert float(simulate(rest, 0.0, save="end").final.load.b.phi) == pytest.approx(3.2, rel=1e-12)
     later: Any = simulate(rest, 0.1, save="end").final
     np.testing.assert_allclose(np.array([later.motor.inductor.i, later.spring.tau]), [40.0, 32.0], rtol=1e-9)
 

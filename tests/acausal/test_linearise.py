@@ -13,6 +13,7 @@ import pytest
 from _linear_models import C, Divider, J, K, L, R, motor_rig, rlc, two_mass
 from _mechanisms import Pendulum, driven_capacitor
 from _models import gear_train, oscillator, rc, rectifier
+from _switching_models import Undoing
 
 from acausal import (
     Component,
@@ -383,6 +384,12 @@ def test_plots(motor: LinearSystem) -> None:
     np.testing.assert_allclose(np.asarray(crosses.get_xdata()), motor.poles.real)
     with pytest.raises(ModelError, match="no channel to plot"):
         linearise(motor_rig()).plot_bode()
+
+
+def test_start_values_whose_events_have_no_end_are_no_operating_point() -> None:
+    """The message names the events."""
+    with pytest.raises(SimulationError, match=r"Undoing has no operating point .* condition of (up|down) holds\."):
+        linearise(Undoing())
 
 
 def test_under_jit_and_vmap() -> None:

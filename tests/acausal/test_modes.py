@@ -18,6 +18,7 @@ from acausal import (
     ModelError,
     Param,
     Scalar,
+    UnknownNameError,
     Var,
     connect,
     eq,
@@ -120,6 +121,12 @@ def test_helmholtz() -> None:
     text = str(system.modes)
     assert "595.5" in text
     assert text.splitlines()[1].split()[:3] == ["0", "0", "inf"]
+
+
+def test_a_share_of_no_component_is_refused() -> None:
+    energy = linearise(motor_rig()).energy
+    with pytest.raises(UnknownNameError, match="'moto' has no energy share of its own"):
+        energy["moto"]
 
 
 def test_tables() -> None:

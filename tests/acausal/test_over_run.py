@@ -2,6 +2,7 @@
 
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -159,7 +160,35 @@ def test_known_and_traced_runs_show_the_same() -> None:
 def test_times_after_a_stop_are_left_out_without_a_warning() -> None:
     solution = simulate(flight(E0), 2.0, until=lambda s: s.h - 0.5, save=np.array([0.0, 0.1, 1.0, 2.0]))
     np.testing.assert_array_equal(solution.ts, [0.0, 0.1])
-    assert np.isnan(simulate(flight(E0), 0.2).at(1.0).h)
+
+
+@pytest.mark.parametrize("t", [-1e-9, 0.2 + 1e-9, [0.1, 1.0], np.nan, np.inf])
+def test_a_time_outside_the_run_is_refused(t: Any) -> None:
+    run = simulate(flight(E0), 0.2)
+    with pytest.raises(ModelError, match=r"takes times within the run.*The run covers 0 s to 0\.2 s"):
+        run.at(t)
+    np.testing.assert_array_equal(run.at(0.2 * (1.0 + 2e-16)).h, run.at(0.2).h)
+
+
+def test_a_time_outside_a_run_of_a_batch_is_refused() -> None:
+    """Outside of transformations and within them."""
+
+    def ended(h: Any) -> Any:
+        return simulate(Ball(h=h, e=E0), 2.0, until=lambda s: s.h - 0.5, save="dense")
+
+    batch = jax.vmap(ended)(np.array([0.6, 1.0]))
+    assert np.all(np.asarray(batch.at(0.1).h) > 0.5)
+    with pytest.raises(ModelError, match="takes times within the run"):
+        batch.at(0.2)
+    read = eqx.filter_jit(jax.vmap(lambda h: ended(h).at(0.2).h))
+    np.testing.assert_allclose(read(np.array([1.0, 1.1])), np.array([1.0, 1.1]) - 0.5 * G * 0.2**2, atol=1e-4)
+    with pytest.raises(RuntimeError, match="takes times within the run"):
+        read(np.array([0.6, 1.0]))
+
+
+def test_the_slope_in_time_holds_up_to_both_ends() -> None:
+    speed = jax.jacfwd(lambda t: simulate(flight(E0), 0.2, save="dense").at(t).h)
+    assert float(speed(0.2)) == pytest.approx(-G * 0.2, rel=1e-4)
 
 
 def test_limits_of_steps_and_events_hold_in_pieces() -> None:

@@ -262,7 +262,7 @@ def test_freewheel_against_its_sense() -> None:
         u=blocks.Constant(k=0.0),
         b=rotational.Inertia(J=1.0, w=1.0),
     )
-    with pytest.raises(SimulationError, match=r"There is no start\. wheel\.against: a freewheel turns in reverse"):
+    with pytest.raises(SimulationError, match=r"^Overrun has no operating point.*wheel\.against: .*at=sol\.final"):
         linearise(model)
     with pytest.raises(SimulationError, match=r"values found are invalid\. wheel\.against: a freewheel turns in"):
         initialise(model, lambda s, d: dict(speed=eq(s.a.w, 2.0)))

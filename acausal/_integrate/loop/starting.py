@@ -138,10 +138,12 @@ def start_of(
 
 
 def why_ended(system: System, outcome: float, holds: Array) -> str:
-    """Error message for a run that ends at its start."""
+    """The reason why a run ends at its start, with the events whose conditions hold there."""
     events = system.events
     assert events is not None
     if outcome == REFUSED:
         refused = [entry.kind == "refuse" for entry in events.members]
         return events.refusal(int(np.argmax(refused & np.asarray(holds)[: events.total])))
-    return sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)
+    names = [label for label, is_true in zip(events.labels, np.asarray(holds), strict=False) if is_true]
+    reason = sentence(Result.bad_reset if outcome == CONTRADICTED else Result.events_endless)
+    return f"{reason} The condition of {' and of '.join(names)} holds." if names else reason

@@ -1,8 +1,8 @@
 """The energy account of a model, assembled from the accounts of its components."""
 
 import dataclasses
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, NoReturn, Self
 
 import jax
 import jax.numpy as jnp
@@ -11,6 +11,7 @@ import numpy as np
 from ..._declare.array import Array
 from ..._declare.component import Component, Energy
 from ..._declare.node import Node
+from ..._errors import unknown_part
 from ..._extras import Axes
 from ..._numbers import Numbers, Scalar
 from ..._reduce.connections import children
@@ -50,6 +51,21 @@ def stored(view: Node) -> dict[str, Scalar]:
     return {path: account.stored for path, account in accounts(view)}
 
 
+@jax.tree_util.register_pytree_node_class
+class ByPath(dict[str, Any]):
+    """Energies by the path of a component, or by the label of an event."""
+
+    def __missing__(self, path: str) -> NoReturn:
+        raise unknown_part(path, self, "energy account")
+
+    def tree_flatten(self) -> tuple[list[Any], tuple[str, ...]]:
+        return list(self.values()), tuple(self)
+
+    @classmethod
+    def tree_unflatten(cls, paths: tuple[str, ...], values: Iterable[Any]) -> Self:
+        return cls(zip(paths, values, strict=True))
+
+
 @dataclasses.dataclass(frozen=True)
 class EnergyAccount:
     """Energy account of a run, in J: supplied = change of stored + dissipated + lost at events.
@@ -63,6 +79,10 @@ class EnergyAccount:
     stored: dict[str, Any]
     dissipated: dict[str, Any]
     events: dict[str, Any] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        for field in dataclasses.fields(self):
+            object.__setattr__(self, field.name, ByPath(getattr(self, field.name)))
 
     @property
     def totals(self) -> tuple[Any, Any, Any]:

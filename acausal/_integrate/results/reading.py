@@ -17,6 +17,7 @@ from ..._numbers import Numbers
 from ..._tracing import are_traced
 from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
+from ..setup.schedule import tick
 from ..setup.state_vector import StateVector, Vector
 from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
 from ..step.correction import share, within
@@ -26,6 +27,16 @@ from ..step.span import Span
 
 AT_ONCE = 64  # steps evaluated together, which limits the memory for matrices
 STEPS, SHARES = 128, 4  # steps, and places in each step, in one evaluation of known points
+
+
+def within_run(t: Numbers, record: StepRecord) -> tuple[Array, Array]:
+    """Times moved onto the ends of the run that they equal within the time resolution, and a mask of those outside the
+    run. Times count forwards.
+    """
+    begin, end = record.ts[0], record.ts[record.n]
+    slack = tick(end, begin)
+    nearest = jnp.where(t < begin, begin, jnp.where(t > end, end, t))  # unlike clip, with all of the slope at the ends
+    return nearest, ~((t >= begin - slack) & (t <= end + slack))
 
 
 @dataclasses.dataclass(frozen=True)

@@ -33,16 +33,18 @@ from ..setup.result import sentence
 from ..setup.state_vector import StateVector
 from ..setup.user_function import as_function, trace
 from ..step.record import StepRecord
+from .checked import checked
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, powers, stored
 from .event_log import EventLog
 from .over_run import OverRun
-from .reading import Reading
+from .reading import Reading, within_run
 from .rows import chosen
 from .trajectories import both_sides, over_batch, trajectories
 from .unresolved import unresolved
 
 M = TypeVar("M", bound=Component)
+_OUTSIDE = "sol.at(t) takes times within the run. Remedy: simulate longer, or limit t to the end of the run."
 
 
 class Solution(eqx.Module, Generic[M]):
@@ -136,16 +138,29 @@ class Solution(eqx.Module, Generic[M]):
         return self._view(*self._end)
 
     def at(self, t: Numbers) -> M:
-        """The model with the values of its variables at time(s) `t`, from the dense output of the steps."""
+        """The model with the values of its variables at time(s) `t` in s, from the dense output of the steps.
+
+        Raises `ModelError`, or `RuntimeError` under `jit`, for a time outside the run, or outside a run of a batch.
+        """
         record = self._dense("value at a time")
         reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
 
         def read(record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:
-            found = reading.at(forward * jnp.ravel(t), record, inputs, forward)
-            return found[:, self._layout.point].reshape(*t.shape, -1)
+            times, are_outside = within_run(forward * jnp.ravel(t), record)
+            found = reading.at(times, record, inputs, forward)
+            return found[:, self._layout.point].reshape(*t.shape, -1), are_outside
 
-        points = over_batch(read, len(batch))(record, self._inputs, self._forward)
+        points, are_outside = over_batch(read, len(batch))(record, self._inputs, self._forward)
+        is_outside = known(jnp.any(are_outside))
+        if is_outside is None:
+            points = checked(points, jnp.any(are_outside), jnp.asarray(0), [_OUTSIDE])
+        elif is_outside:
+            raise ModelError(f"{_OUTSIDE} The run covers {self._span}." if not batch else _OUTSIDE)
         return self._view(jnp.broadcast_to(t, batch + t.shape), points)
+
+    @property
+    def _span(self) -> str:
+        return f"{float(self._start[0]):.6g} s to {float(self._end[0]):.6g} s"
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
         batch = jnp.ndim(self.t1)

@@ -36,6 +36,9 @@ def initialise(
 ) -> M:
     """Return the model with start values that satisfy the conditions, ready to `simulate` or linearise.
 
+    Only states and given variables have start values in it; the fields of all others are None. Their values at the
+    start are those of a run of no length, `simulate(start, 0.0).final`.
+
     - `conditions(s, d)`: a dictionary of named equations, such as `dict(held=eq(s.rod.f, 300.0), rest=eq(d.pump.w))`,
       in any variables (`s`) and their time derivatives (`d`), both in the shape of the model.
     - `steady`: True: the time derivatives of all states are zero.
