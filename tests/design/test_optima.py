@@ -172,7 +172,7 @@ def test_the_print_shows_all_with_units() -> None:
     assert text.startswith("time 228.047 ms: optimal, KKT residual ")
     for part in (
         "motor speed     200  <= 200 rad/s     0 %",
-        "one unit more buys [ms]",
+        "multiplier [ms]",
         "0.110304  per rad/s",
         "J_load",
     ):

@@ -36,7 +36,7 @@ def sections(design: "Design[Any]") -> Iterator[Section]:
         rows = [result.row() for result in design.results]
         yield Section("Limits", [("limit", "result", "", "margin", ""), *rows], [] if design.active else degenerate)
     if design.active:
-        head = ("active", f"one unit more buys [{design.objective_scale.unit}]", "")
+        head = ("active", f"multiplier [{design.objective_scale.unit}]", "")
         yield Section("Multipliers", [head, *(_active_row(design, active) for active in design.active)], degenerate)
     if design.sensitivities:
         yield _sensitivities(design)
