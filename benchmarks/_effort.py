@@ -1,4 +1,4 @@
-"""How much work the benchmarks do."""
+"""The amount of work of the benchmarks."""
 
 import dataclasses
 

@@ -1,4 +1,4 @@
-"""What a benchmark reports, as a table and as JSON."""
+"""The report of a benchmark, as a table and as JSON."""
 
 import dataclasses
 import datetime

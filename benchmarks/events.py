@@ -1,4 +1,4 @@
-"""What events cost: those that never happen, and each one that does."""
+"""The cost of events: of those that never happen, and of each that does."""
 
 from pathlib import Path
 from typing import Any, Self

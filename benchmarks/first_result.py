@@ -1,8 +1,8 @@
-"""What a user waits for: the import, the first run and the first gradient in a fresh process, and in a second one.
+"""Waiting times of a user: the import, the first run and the first gradient in a fresh process, and in a second one.
 
 CPU seconds; those of runs after the import and as multiples of what `diffrax` takes with its own `Tsit5` for the
 equations of the clutch actuator, written by hand, to the same event. Models are run without XLA's optimisation, too:
-what that saves at first, and what it costs whenever they are run again.
+the time that this saves at first, and its cost whenever they are run again.
 """
 
 import json
@@ -144,7 +144,7 @@ def _import(name: str, effort: Effort) -> Row:
 def _least(
     setup: str, effort: Effort, setting: dict[str, str] | None = None, *, gradient: bool = True, later: int = 0
 ) -> list[float]:
-    """Of processes that find nothing compiled."""
+    """The least times of processes that find nothing compiled."""
     setting = {"ACAUSAL_CACHE": "off", **(setting or {})}
     found = [_seconds(setup, setting, gradient=gradient, later=later) for _ in range(effort.processes)]
     return [min(times) for times in zip(*found, strict=True)]
@@ -159,7 +159,7 @@ def _seconds(setup: str, setting: dict[str, str], *, gradient: bool, later: int 
 
 
 def _printed(program: str, setting: dict[str, str]) -> list[float]:
-    """What a process of its own prints last."""
+    """The numbers that a separate process prints last."""
     inherited = {k: v for k, v in os.environ.items() if k not in ("JAX_COMPILATION_CACHE_DIR", "ACAUSAL_OPTIMISE")}
     done = subprocess.run(
         [sys.executable, "-c", program], check=True, capture_output=True, text=True, env={**inherited, **setting}

@@ -1,4 +1,4 @@
-"""What a derivative of the opening time costs, over what the opening time itself costs."""
+"""The cost of a derivative of the opening time, relative to that of the opening time itself."""
 
 from pathlib import Path
 from typing import Any

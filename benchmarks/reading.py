@@ -1,4 +1,4 @@
-"""What it costs to read a run, beside the first run of its model: at other times, its peaks, integrals and energies.
+"""The cost of reading a run, beside the first run of its model: at other times, its peaks, integrals and energies.
 
 CPU seconds in a process that finds nothing compiled; of each way to read, what it takes beyond a run that is compiled.
 """

@@ -1,4 +1,4 @@
-"""What is installed: a wheel that holds what is needed and nothing else, and that runs the first model."""
+"""The wheel holds the files that are needed and nothing else, and an installed copy runs the first model."""
 
 import os
 import re

@@ -58,7 +58,7 @@ class Descriptor:
         self.H = (left.T[:rank] / sizes[:rank, None]) @ H
 
     def missed(self, z: Any, t: float = 0.0) -> Any:
-        """What the constraints lack."""
+        """The residual of the constraints."""
         return self.G @ z + self.H @ self.all_sources(t)
 
     def nearest(self, z: Any, t: float = 0.0) -> Any:

@@ -1,4 +1,4 @@
-"""What is wrong with an argument or a number is said at once, by name and with a remedy."""
+"""Wrong arguments and numbers are refused at once, by name and with a remedy."""
 
 from collections.abc import Callable
 from typing import Any, Self
@@ -165,7 +165,7 @@ def test_absolute_zero_is_no_temperature() -> None:
 
 
 class Shown(Component):
-    """What is left of a store after 1 s, as a number that nothing depends on: none of what is lower than zero."""
+    """A store that is empty after 1 s. No state depends on the content `left`, which must be positive."""
 
     T: Param[Scalar, "s"] = 1.0
     lowest: Param[Scalar, "1"] = -10.0

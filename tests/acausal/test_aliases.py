@@ -42,7 +42,7 @@ LAWS: dict[str, Any] = {
 
 
 def merged(law: str) -> tuple[dict[str, tuple[str, int]], int]:
-    """What each variable is replaced by, with which sign, if by another one; and how many equations are left."""
+    """The variable that replaces each other variable, with its sign, and the number of equations that are left."""
     flat = flatten(Web(law=law))
     result = merge(flat)
     found = {}

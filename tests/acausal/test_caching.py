@@ -1,4 +1,4 @@
-"""What is compiled again, and what must be."""
+"""Runs that need a new compilation, and runs that do not."""
 
 import types
 from typing import Any, Self
@@ -105,7 +105,7 @@ def compiled_by(action: Any) -> int:
 
 
 def _compiled() -> int:
-    """How many programs have been compiled that start, step, end and read runs."""
+    """The number of compiled programs that start, step, end and read runs."""
     functions: list[Any] = [run_of_known._called, reading._read, trajectories._traced, over_run._evaluated]
     return sum(function._cache_size() for function in functions)
 

@@ -1,4 +1,4 @@
-"""What is found of conditions that are true for a short time within a step."""
+"""Conditions that are true for a short time within a step."""
 
 import functools as ft
 from typing import Any, Self
@@ -69,7 +69,7 @@ def found(a: Any, b: Any, r: Any) -> Any:
 
 
 def onsets(*intervals: tuple[float, float]) -> int:
-    """How often a union of intervals begins."""
+    """The number of beginnings of a union of intervals."""
     return sum(
         not any(i != j and a <= low < b for j, (a, b) in enumerate(intervals)) for i, (low, _) in enumerate(intervals)
     )

@@ -1,4 +1,4 @@
-"""What a class statement declares, and what it refuses."""
+"""Declarations in class statements, and those that are refused."""
 
 import pickle
 from typing import Any, ClassVar, Self

@@ -28,7 +28,7 @@ def unrolled(arrays: list[Any]) -> Any:
 
 
 class WasCalled(Exception):
-    """What must not be called was."""
+    """A function was called that must not be called."""
 
 
 def not_called(_: list[Any]) -> Any:

@@ -29,7 +29,7 @@ def test_boxes_and_joints() -> None:
 
 
 def test_all_levels() -> None:
-    """What is connected through the ports of a composite is seen as connected."""
+    """Parts that are connected through the ports of a composite count as connected."""
     found = diagram(drive, depth=None)
     assert found.boxes.keys() >= {"motor.resistor", "motor.emf", "gear"}
     assert "motor" not in found.boxes

@@ -1,4 +1,4 @@
-"""What is said about wrong models, wrong numbers and failed runs: each message names the culprit and a remedy."""
+"""Messages about wrong models, wrong numbers and failed runs: each names the culprit and a remedy."""
 
 from collections.abc import Callable
 from typing import Any, Self

@@ -177,7 +177,7 @@ class Zeroed(Component):
 
 
 def test_a_condition_that_an_event_leaves_exactly_at_zero() -> None:
-    """What counts is its sign an instant later."""
+    """The sign of the condition an instant later counts."""
     sol = simulate(Zeroed(), 2.0)
     assert (sol.final.n_x, sol.final.n_y) == (1.0, 0.0)
     assert sol.events.names == ["zero", "x_above"]
@@ -286,7 +286,7 @@ class Struck(Component):
 
 
 def test_reset_of_a_dependent_variable() -> None:
-    """What is tied to it follows."""
+    """The variables tied to it follow."""
     model = Struck(first=Inertia(J=1.0, w=3.0), gear=IdealGear(ratio=3.0), second=Inertia(J=2.0))
     sol = simulate(model, 1.0, save="end")
     np.testing.assert_allclose(np.array([sol.final.first.w, sol.final.second.w]), [9.0, 3.0], rtol=1e-12)

@@ -1,4 +1,4 @@
-"""What needs a package that is not installed says how to install it."""
+"""Functions that need a package that is not installed say how to install it."""
 
 import sys
 from collections.abc import Callable

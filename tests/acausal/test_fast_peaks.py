@@ -43,7 +43,7 @@ def found(w: Scalar, k: Scalar, save: Any = "end") -> dict[str, Any]:
 
 
 def largest(function: Any) -> tuple[float, float]:
-    """Of a function of the time, on a grid whose best place is refined."""
+    """The largest value of a function of time, and its time, on a grid refined around the best place."""
     low, high, best = 0.0, 1.0, 0.0
     for _ in range(6):
         t = np.linspace(low, high, 20_001)

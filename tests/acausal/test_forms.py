@@ -1,4 +1,4 @@
-"""How equations depend on their unknowns, against derivatives of the same expressions computed here."""
+"""The dependence of equations on their unknowns, against derivatives of the same expressions computed here."""
 
 import itertools
 from collections.abc import Callable
@@ -155,7 +155,7 @@ def check_unknown(form: Form, i: int, slope: float) -> None:
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(expressions, st.integers(0, N_UNKNOWNS - 1), st.integers(0, N_UNKNOWNS - 1))
 def test_coefficients_depend_on_nothing_else(e: Expression, i: int, moved: int) -> None:
-    """What enters linearly has a slope that only the inputs named by its coefficient change, and not itself."""
+    """The slope of a linear unknown depends only on the inputs named by its coefficient, and not on the unknown."""
     coefficient = form_of(lambda *inputs: in_jax(e, inputs)).terms.get(i)
     if coefficient is None or moved in coefficient.on:
         return
@@ -166,7 +166,7 @@ def test_coefficients_depend_on_nothing_else(e: Expression, i: int, moved: int) 
 
 
 class Expected(NamedTuple):
-    """What is said of the first unknown."""
+    """The form of the first unknown."""
 
     kind: str  # "number", "regular" (its coefficient cannot vanish), "linear" or "nonlinear"
     number: float | None = None

@@ -1,4 +1,4 @@
-"""How often garbage is looked for comes back to what it was, within one another and after errors."""
+"""The frequency of garbage collection is restored, also for nested contexts and after errors."""
 
 import gc
 

@@ -192,7 +192,7 @@ def counters(limits: tuple[float, float]) -> Counters:
 
 
 def test_what_happened_last_is_named_however_long_the_run() -> None:
-    """Which members of an array refused and why, though the record of events was full long before."""
+    """The message names the members of an array that refused, although the record of events was full long before."""
     full = "At t = 0.61 s: items[1]._limit: Its display is full."
     with pytest.raises(SimulationError, match=f"^{re.escape(full)}$"):
         simulate(counters((1e9, 60.5)), 1.0, max_events=3)

@@ -129,7 +129,7 @@ def test_a_bend_whose_margin_is_zero_for_a_while(kind: str, rtol: float) -> None
 
 
 def _area(a: float, b: float) -> float:
-    """Of -sin - 0.3 between two times."""
+    """The area under -sin - 0.3 between two times."""
     return float(np.cos(b) - np.cos(a) - 0.3 * (b - a))
 
 

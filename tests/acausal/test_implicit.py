@@ -58,7 +58,7 @@ def check_second(
 
 
 def root_of(g: Function, start: float, *numbers: Any) -> Any:
-    """Of a scalar function, by real steps of Newton's method: derivatives are those of the numbers it computes."""
+    """The root of a scalar function by real steps of Newton's method, which derivatives follow."""
     return jax.lax.fori_loop(0, 60, lambda _, x: x - g(x, *numbers) / jax.grad(g)(x, *numbers), jnp.asarray(start))
 
 
@@ -185,7 +185,7 @@ def test_nearest_point() -> None:
 
 
 def test_nearest_point_of_several_states() -> None:
-    """What one condition leaves open: the point of least distance in nominal sizes."""
+    """One condition leaves a point open: that of least distance in nominal sizes is found."""
 
     def start(p: Any) -> Any:
         model = initialise(TwoStores(x=p[1], y=p[2]), lambda s, d: dict(sum=eq(s.x**2 * s.y, p[0])), free="all")
@@ -256,7 +256,7 @@ def test_return_to_invariants() -> None:
 
 
 def test_poles() -> None:
-    """Of m s^2 + d s + c, by its coefficients."""
+    """The poles are the roots of m s^2 + d s + c, and are differentiated by its coefficients."""
 
     def rates(p: Any) -> Any:
         pole = linearise(Oscillator(c=p[0], d=p[1])).poles[0]

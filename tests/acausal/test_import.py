@@ -1,4 +1,4 @@
-"""What importing the library imports, which every user waits for."""
+"""Packages imported with the library, for which every user waits."""
 
 import json
 import subprocess
@@ -20,7 +20,7 @@ print(json.dumps(sorted(sys.modules.keys() - before)))
 
 
 def test_what_only_some_calls_need_is_imported_by_them() -> None:
-    """Of scipy only its root, which imports its parts when they are used; no pint, matplotlib, pandas or the like."""
+    """Only the root of scipy is imported, which imports its parts on use; no pint, matplotlib, pandas or the like."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], check=True, capture_output=True, text=True)
     names = json.loads(done.stdout)
     assert {"acausal", "components.electrical._pmsm", "components.hydraulic._pipes"} <= set(names)

@@ -55,7 +55,7 @@ def test_loop_of_capacitors() -> None:
 
 
 def angle(t: float, g: float = 9.81) -> float:
-    """Of a pendulum of 1 m released at rest from the horizontal, from the vertical: sin(angle/2) = k sn(K - w t)."""
+    """The angle of a pendulum of 1 m released at rest from the horizontal: sin(angle/2) = k sn(K - w t)."""
     k2 = np.sin(np.pi / 4) ** 2
     return 2.0 * np.arcsin(np.sqrt(k2) * ellipj(ellipk(k2) - np.sqrt(g) * t, k2)[0])
 

@@ -28,7 +28,7 @@ from components.translational import Damper, Fixed, Mass, Spring
 
 @pytest.mark.parametrize(("ratio", "speed"), [(-3.0, 2.0), (10.0, 500.0), (50.0, -2e3)])
 def test_given_start_propagates_through_gear(ratio: float, speed: float) -> None:
-    """What is given holds exactly, however large the speeds are beside their nominal size."""
+    """Given values hold exactly, however large the speeds are compared with their nominal size."""
     sol = simulate(gear_train(ratio, w2=speed), 1e-3, save="end")
     np.testing.assert_allclose(sol.final.second.w, speed, rtol=1e-12)
     np.testing.assert_allclose(sol.final.first.w, ratio * speed, rtol=1e-12)

@@ -107,7 +107,7 @@ def test_wherever_a_start_is_needed() -> None:
 
 
 def test_other_states_move_only_where_they_must() -> None:
-    """Where its own start value is given, the speed follows; with both, there is no start."""
+    """If the start value of the lag is given, the speed follows. If both are given, there is no start."""
     assert float(simulate(driven_with(4.0), 0.1)["rotor.w"][0]) == pytest.approx(2.0, rel=1e-12)
     both = replace(driven_with(4.0), {"rotor.w": 3.0})
     said = (
@@ -126,7 +126,7 @@ def driven_with(x: float) -> Driven:
 
 
 def test_conditions_come_on_top() -> None:
-    """Of `initialise`: the speed is 5 rad/s, so x = 10; at rest, where 0 = gain x, both are zero."""
+    """With conditions of `initialise`, the speed is 5 rad/s, so x = 10. At rest, where 0 = gain x, both are zero."""
     found: Any = initialise(driven(), lambda s, d: dict(speed=eq(s.rotor.w, 5.0)))
     np.testing.assert_allclose([found.lag.x, found.rotor.w], [10.0, 5.0], rtol=1e-12)
     rest: Any = initialise(driven(w=3.0), steady=True, moving=["rotor.a.phi"])

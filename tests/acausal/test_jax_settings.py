@@ -1,4 +1,4 @@
-"""What importing the library sets in jax, and that a choice of the user's wins."""
+"""Settings of jax made by importing the library; the user's own settings take precedence."""
 
 import os
 import subprocess
@@ -80,7 +80,7 @@ def test_where_programs_are_kept(tmp_path: Path, setting: dict[str, str], folder
 
 
 def test_a_folder_that_others_can_write_to_is_not_used(tmp_path: Path) -> None:
-    """What is in it is run. One that is made is the user's own, and so is the usual one afterwards."""
+    """The programs in the folder are run. A new folder is the user's own, and so is the usual one afterwards."""
     program = "import warnings; warnings.simplefilter('error'); import acausal"
     tmp_path.chmod(0o770)
     with pytest.raises(AssertionError, match="chmod go-w"):

@@ -264,7 +264,7 @@ def test_integrator_that_an_output_does_not_see() -> None:
 
 
 def test_zeros_of_a_vibration_absorber() -> None:
-    """Where the force acts, the zeros are the poles of the rest with this mass held."""
+    """At the mass on which the force acts, the zeros are the poles of the rest with this mass held."""
     model = two_mass(m1=2.0, m2=1.0, c1=300.0, c2=100.0, d1=1.0, d2=2.0)
     system = linearise(model, inputs=["push.force"], outputs=["second.a.s", "first.a.s"])
     held = np.roots([2.0, 1.0 + 2.0, 300.0 + 100.0])

@@ -1,4 +1,4 @@
-"""What a linear system says of what it holds."""
+"""Warnings of a linear system about the values that it holds constant."""
 
 import warnings
 

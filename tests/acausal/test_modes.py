@@ -202,7 +202,7 @@ def _invariants(y: Any) -> Any:
 
 @pytest.mark.parametrize("angle", [0.0, np.pi])
 def test_redundant_states_of_a_pendulum(angle: float) -> None:
-    """Of four eigenvalues, those of the two degrees of freedom remain: s^2 = -g / L hanging, g / L upside down."""
+    """Two of four eigenvalues remain, those of the two degrees of freedom: s^2 = -g / L hanging, g / L upside down."""
     point = LENGTH * jnp.array([jnp.sin(angle), -jnp.cos(angle), 0.0, 0.0])
     A, G = jax.jacfwd(_pendulum)(point), jax.jacfwd(_invariants)(point)
     B, C = jnp.array([[0.0], [0.0], [1.0], [0.0]]), jnp.eye(4)

@@ -19,7 +19,7 @@ class Driven(Component, partial=True):
     y: Var[Scalar, "1"] = 0.0
 
     def rate(self) -> Scalar:
-        """Of the decay, in 1/s."""
+        """The rate of the decay in 1/s."""
         return jnp.where(self.t < self.T, 1.0, 0.5)
 
     def equations(self, d: Self) -> Equations:

@@ -1,4 +1,4 @@
-"""What a run can be asked for: all else is refused where it is known, and a result where it is not."""
+"""Options of a run. Invalid ones are refused if they are known, and are a result of the run if they are not."""
 
 from collections.abc import Callable
 from typing import Any

@@ -1,4 +1,4 @@
-"""What is read of a run afterwards: values between steps, integrals, peaks and energies, from its recorded steps."""
+"""Values read from a run afterwards: between steps, integrals, peaks and energies, from its recorded steps."""
 
 from typing import Any
 
@@ -39,7 +39,7 @@ def test_integral_through_events_is_exact() -> None:
 
 
 def test_integral_of_a_run_backwards() -> None:
-    """Of v = 5 (1 - exp(-10 t)), which was -5 (e - 1) at -0.1 s: -0.1 * 5 - 0.5 (1 - e)."""
+    """The integral of v = 5 (1 - exp(-10 t)), which was -5 (e - 1) at -0.1 s: -0.1 * 5 - 0.5 (1 - e)."""
     solution = simulate(rc(), -0.1, integrals=lambda s: s.c.v, rtol=1e-10)
     exact = -0.5 - 0.5 * (1.0 - np.e)
     np.testing.assert_allclose([solution.integral(lambda s: s.c.v), solution.integrals[-1]], exact, rtol=1e-8)
@@ -47,7 +47,7 @@ def test_integral_of_a_run_backwards() -> None:
 
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivative_of_an_integral(mode: Any) -> None:
-    """That by the restitution, from its closed form; the run ends at a time that is fixed."""
+    """The derivative by the restitution, from its closed form. The run ends at a fixed time."""
 
     def integral(e: Any) -> Any:
         return simulate(Ball(h=1.0, e=e), 0.8, rtol=1e-9, save="dense").integral(lambda s: s.h)

@@ -35,7 +35,7 @@ def speeds(s: Oscillator) -> dict[str, Any]:
 
 
 def turning(c: Any, d: Any) -> tuple[Any, Any]:
-    """Of s = exp(-d t / 2) (cos + d / (2 w) sin)(w t): the largest speed back, and its time."""
+    """The largest speed back of s = exp(-d t / 2) (cos + d / (2 w) sin)(w t), and its time."""
     w = jnp.sqrt(c - d**2 / 4)
     time = jnp.arctan2(w, d / 2) / w
     return c / w * jnp.exp(-d / 2 * time) * jnp.sin(w * time), time

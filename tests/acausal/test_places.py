@@ -1,4 +1,4 @@
-"""What is evaluated at several places of a program is traced once, and has the numbers of each place."""
+"""Functions evaluated at several places of a program are traced once, and have the numbers of each place."""
 
 from typing import Any, Self
 

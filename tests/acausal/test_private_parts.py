@@ -1,4 +1,4 @@
-"""What is used of other libraries beyond their public interfaces stands in one module each, and is what it was."""
+"""Private parts of each other library are used in one module only, and behave as expected."""
 
 import re
 import uuid

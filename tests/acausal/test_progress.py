@@ -1,4 +1,4 @@
-"""What is said of compilation that takes long, to whom, and when it is not."""
+"""Messages about long compilations: their text, their readers, and the cases without a message."""
 
 import io
 import re
@@ -23,7 +23,7 @@ class Terminal(io.StringIO):
         return True
 
     def lines(self) -> list[str]:
-        """What can be read of what was written since, without the seconds."""
+        """The readable lines written since the last call, without the seconds."""
         text = re.sub(r" in \d+ s", " in N s", self.getvalue())
         self.seek(0)
         self.truncate()

@@ -74,7 +74,7 @@ def test_no_drift_over_a_thousand_oscillations() -> None:
 
 
 def swing(length: Any, x0: Any) -> Any:
-    """Where a pendulum is after some time, having gone over y = 0 twice; it starts from where its rod allows."""
+    """The place of a pendulum after two passes over y = 0. It starts from a place that its rod allows."""
     model = initialise(Pendulum(L=length, x=x0, y=0.3), free=["y"])
     return simulate(model, 1.3, save="end", rtol=1e-10).final.x
 
@@ -111,7 +111,7 @@ def test_slider_crank_turns_over() -> None:
 
 
 def _over_time(model: Component) -> Any:
-    """Which leaves of a view of the model have a time axis."""
+    """The time axis of each leaf in a view of the model; None for leaves without one."""
     from acausal._declare.layout import rebuilt
 
     return rebuilt(model, lambda path, declaration, value: None if declaration.role == "param" else 0)
@@ -173,7 +173,7 @@ def test_never_without_a_choice() -> None:
 
 
 def test_start_off_the_constraint() -> None:
-    """What is given contradicts the rod; the message names it."""
+    """The given start contradicts the rod, and the message names it."""
     with pytest.raises(Exception, match=r"contradict.* [xy] cannot have the value"):
         simulate(Pendulum(x=1.0, y=1.0), 1.0)
 

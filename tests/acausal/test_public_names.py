@@ -1,4 +1,4 @@
-"""What users receive has a public name, and what has one is not the engine's own."""
+"""Classes that users receive have public names, and the engine's own classes have none."""
 
 # pyright: reportUnnecessaryTypeIgnoreComment=true
 

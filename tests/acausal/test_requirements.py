@@ -1,4 +1,4 @@
-"""What components require of their parameters: told where they are built, and by all that takes a model."""
+"""Requirements of components on their parameters: checked when a component is built, and by all that takes a model."""
 
 from collections.abc import Callable
 from typing import Any, Self

@@ -122,7 +122,7 @@ class Counter(Component):
 
 
 def counts(start: Counter, t1: float, **options: Any) -> list[float]:
-    """What was counted at the end, after a start at rest."""
+    """The counts at the end, after a start at rest."""
     run = simulate(start, t1, rtol=1e-9, **options)
     np.testing.assert_allclose(run["x"][0], 4.0)
     return [float(n) for n in (run.final.past, run.final.ticks, run.final.full, run.final.large)]
@@ -157,7 +157,7 @@ def test_a_start_is_not_begun_before_its_time() -> None:
 
 
 def test_a_start_is_a_point_to_linearise_at() -> None:
-    """What it knows of its past is none of its values."""
+    """The event history of a model is none of its values."""
     start = initialise(Counter(), steady=True, t0=2.0)
     system = linearise(start, at=start, inputs=["u"])
     np.testing.assert_allclose([*system.A[0], *system.B[0], *system.rates], [-1.0, 1.0, 0.0], atol=1e-9)

@@ -69,6 +69,6 @@ class Switched(Component):
 
 
 def test_modes_take_the_shorter_way() -> None:
-    """What has no derivatives is not differentiated."""
+    """Values without derivatives are not differentiated."""
     for model, expected in ((Switched(), False), (Latched(u=1.0), True)):
         assert sets_values(system_of(model)) is expected

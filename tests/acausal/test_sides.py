@@ -10,9 +10,9 @@ from acausal import Component, Discrete, Equations, Events, Param, Result, Scala
 
 
 class Valve(Component):
-    """What opens where a signal o + a sin(2 pi f t + p) becomes positive, and closes where it does no longer.
+    """A valve that is open while a signal o + a sin(2 pi f t + p) is positive.
 
-    That it closes is told by other numbers, which are zero where the signal is, but for rounding.
+    Other numbers tell that it closes. They are zero where the signal is zero, except for rounding.
     """
 
     frequency: Param[Scalar, "Hz"]
@@ -43,7 +43,7 @@ class Valve(Component):
 
 
 def changes(frequency: float, phase: float, amplitude: float, offset: float) -> int:
-    """How often the valve changes within a second: it is open at first, closed at once where the signal says so."""
+    """The number of changes of the valve, open at first, within a second, including a change at once."""
     angle = np.arcsin(-offset / amplitude)
     turns = 2.0 * np.pi * np.arange(-2, 3)
     zeros = (np.concatenate([angle + turns, np.pi - angle + turns]) - phase) / (2.0 * np.pi * frequency)

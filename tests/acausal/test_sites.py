@@ -1,4 +1,4 @@
-"""How often a run evaluates the equations at places of their own in the program, each of which is compiled."""
+"""The number of places in the program of a run that evaluate the equations, each of which is compiled."""
 
 from collections.abc import Iterator
 from typing import Any, Self
@@ -51,7 +51,7 @@ class CountedDecay(Decay):
 
 
 def _operations(jaxpr: Any, loops: int = 0) -> Iterator[str]:
-    """Those within so many loops, at least."""
+    """The operations inside of at least this number of nested loops."""
     for eqn in jaxpr.eqns:
         if loops <= 0:
             yield eqn.primitive.name

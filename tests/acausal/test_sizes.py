@@ -131,7 +131,7 @@ def test_under_jit_and_vmap_and_for_gradients() -> None:
 
 
 def sizes(model: Component) -> dict[str, float]:
-    """Of the states, by name."""
+    """The nominal sizes of the states, by name."""
     system = build(model)
     return dict(zip(system.state_names, system.nominals.tolist(), strict=True))
 
@@ -162,7 +162,7 @@ def charged(**given: Any) -> Charged:
 
 
 def test_which_size_counts() -> None:
-    """What an outer component says comes before what an inner one says, and that before what a class declares."""
+    """The sizes of an outer component take precedence over those of an inner one, and these over those of a class."""
     assert sizes(charged()) == {"big.v": 7.0}
     assert sizes(charged(nominal=dict(v=2.0))) == {"big.v": 2.0}
     assert sizes(charged(nominal={"p.v": 2.0})) == {"big.v": 2.0}

@@ -32,7 +32,7 @@ def listed(text: str) -> list[str]:
 
 
 def test_the_overview_lists_every_public_name() -> None:
-    """Those left out of a star import are marked."""
+    """Names that a star import leaves out are marked."""
     entries = listed(acausal.__doc__ or "")
     names = {name for name, item in vars(acausal).items() if name[0] != "_" and not inspect.ismodule(item)}
     assert len(entries) == len(set(entries))

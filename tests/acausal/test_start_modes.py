@@ -117,7 +117,7 @@ def block(force: Any, v: float | None = None) -> Block:
 
 @pytest.mark.parametrize(("force", "place"), [(4.0, 0.0), (-9.9, 0.0), (20.0, 0.01), (-20.0, -0.01)])
 def test_dry_friction_rests(force: float, place: float) -> None:
-    """Where it is, or as far as it is pulled before it holds: the nearest rest is where friction is at its limit."""
+    """The block rests where it is, or where friction at its limit holds it, which is the nearest rest."""
     rest = initialise(block(force), steady=True)
     np.testing.assert_allclose(rest.mass.a.s, place, rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(rest.mass.v, 0.0, atol=1e-11)
@@ -400,7 +400,7 @@ def rectifier(p: dict[str, Any]) -> Rectifier:
 
 
 def test_random_networks_at_rest() -> None:
-    """What a long run from no voltage comes to, whichever contacts are closed and diodes conduct."""
+    """The rest is the end of a long run from zero voltage, whichever contacts are closed and diodes conduct."""
     random, n = np.random.default_rng(7), (24, 3)
     params = dict(
         V=random.uniform(-10.0, 10.0, n),

@@ -1,4 +1,4 @@
-"""Which variables are integrated."""
+"""The choice of the variables that are integrated."""
 
 from typing import Any, Self
 

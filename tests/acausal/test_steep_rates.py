@@ -10,7 +10,7 @@ from acausal import Component, Equations, Events, Param, Result, Scalar, Var, at
 
 
 class Steep(Component):
-    """What runs off by an exponential law, dx/dt = -exp(c (x - 1)), as a charge through a diode does."""
+    """A quantity that falls by an exponential law, dx/dt = -exp(c (x - 1)), as a charge through a diode does."""
 
     c: Param[Scalar, "1"]
     x: Var[Scalar, "1", prefer] = 5.0
@@ -51,6 +51,6 @@ class Kicked(Component):
 
 
 def test_an_event_may_set_a_state_to_any_size() -> None:
-    """What an event sets is no step that failed, nor is what follows: x = v (t - 0.5)."""
+    """A jump set by an event is no failed step, and neither is the following step: x = v (t - 0.5)."""
     slope = jax.jacfwd(lambda v: simulate(Kicked(v=v), 1.0, save="end").final.x)(1e12)
     np.testing.assert_allclose(np.array([slope, simulate(Kicked(), 1.0, save="end").final.x / 1e12]), 0.5, rtol=1e-9)

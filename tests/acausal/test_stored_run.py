@@ -1,4 +1,4 @@
-"""What a stored program is found by, and when it is not."""
+"""Keys of stored programs, and cases without one."""
 
 import os
 import pickle

@@ -218,7 +218,7 @@ class Leak(Component):
 
 
 def test_what_is_left_open_stays_near_the_values_of_the_model() -> None:
-    """Of a + b = x the point with least (da / a)^2 + (db / b)^2, a gradient in both modes."""
+    """The point of a + b = x with the least (da / a)^2 + (db / b)^2, and its gradient in both modes."""
 
     def both(x: Any) -> Any:
         found = initialise(Leak(), lambda s, d: dict(x=eq(s.x, x)), steady=True, solve_for=["a", "b"])

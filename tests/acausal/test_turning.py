@@ -123,7 +123,7 @@ def test_a_search_that_takes_many_points_is_gone_on_with() -> None:
 
 
 def test_angles_within_functions() -> None:
-    """Those in branches, in functions compiled on their own, and in those with derivatives of their own."""
+    """Angles in branches, in functions that are compiled separately, and in functions with their own derivatives."""
 
     @jax.custom_jvp
     def own(x: Any) -> Any:

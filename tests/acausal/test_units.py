@@ -200,7 +200,7 @@ def test_contradiction(name: str) -> None:
 
 
 def test_one_mistake_is_reported_once() -> None:
-    """What is computed from a contradiction fits anything."""
+    """A unit computed from a contradiction agrees with every other unit."""
     _, problems = interpreted(lambda a, b: jnp.exp((a + b) * a) + b, "N", "m")
     assert problems == ["adds a in N (kg.m/s2) to b in m", "adds exp((a + b) * a) in 1 to b in m"]
 

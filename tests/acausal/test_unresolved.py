@@ -46,7 +46,7 @@ def test_others_are_not(model: Component) -> None:
 @pytest.mark.filterwarnings("ignore::acausal.UnresolvedWarning")
 @pytest.mark.parametrize("seed", range(3))
 def test_what_is_wrong_by_a_tenth_is_reported(seed: int) -> None:
-    """Of random circuits, at random sizes."""
+    """Errors of random circuits at random sizes are reported."""
     random = np.random.default_rng(seed)
     R, L, C = random.uniform(0.3, 2.0, 3).tolist()
     times = jnp.linspace(0.0, 20.0, 41)

@@ -1,4 +1,4 @@
-"""What is read within steps of unknowns that multiply small differences of states, against closed forms."""
+"""Values within steps of unknowns that multiply small differences of states, against closed forms."""
 
 import math
 from typing import Self
@@ -84,7 +84,7 @@ def test_what_multiplies_differences_of_states_is_read_within_steps(model: type[
 
 
 def test_derivatives_of_what_is_read_within_steps() -> None:
-    """Of the time at which a flow changes its sign, and of its peak, in both modes."""
+    """Derivatives of the time at which a flow changes its sign, and of its peak, in both modes."""
 
     def found(R: Scalar) -> Array:
         run = simulate(Resistive(R=R), 0.55, save="end", peaks=lambda s: s.q, rtol=1e-8)

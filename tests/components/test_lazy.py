@@ -34,7 +34,7 @@ def test_a_component_brings_only_what_it_needs() -> None:
 
 @pytest.mark.parametrize("name", PACKAGES)
 def test_a_package_has_all_the_names_that_it_lists(name: str) -> None:
-    """Those of `dir` and of a star import, which leaves out `load`."""
+    """The names in `dir` and in a star import agree, except for `load`, which the latter leaves out."""
     package = importlib.import_module(f"components.{name}")
     scope: dict[str, object] = {}
     exec(f"from components.{name} import *", scope)

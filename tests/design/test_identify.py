@@ -112,7 +112,7 @@ def test_derivatives_agree_with_those_of_the_closed_form(both: Fit[Rig]) -> None
 
 
 def test_combinations_that_the_data_cannot_tell_apart_are_named() -> None:
-    """Of m, c and d, the motion shows c/m and d/m only."""
+    """The motion depends on c/m and d/m only, not on m, c and d separately."""
     fit = identify(rig(m=1.2, c=50.0, d=1.5), {"mass.m": (0.5, 2.0), **FREE}, _free_mass(noisy(3)))
     assert fit.rank == 2
     (lost,) = fit.indistinguishable

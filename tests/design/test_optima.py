@@ -269,7 +269,7 @@ def test_limits_that_say_the_same_are_named_and_what_does_not_matter() -> None:
 
 
 def test_a_limit_that_nothing_moves_has_no_price() -> None:
-    """That of what is not free, just met, leaves the price of the other one unique."""
+    """A limit on a parameter that is not free, just met, leaves the multiplier of the other limit unique."""
     design = optimise(
         Slope(), {"x": (-5.0, 5.0)}, lambda m: (m.x - 3.0) ** 2, sensitivities=False,
         constraints={"near": (lambda m: m.x, "<= 1 m"), "given": (lambda m: m.y, "<= 0.5 m")},

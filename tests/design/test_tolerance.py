@@ -1,4 +1,4 @@
-"""How results scatter: each method against closed forms, members that fail, worst cases and yields."""
+"""Scatter of results: each method against closed forms, members that fail, worst cases and yields."""
 
 from typing import Any
 

@@ -114,7 +114,7 @@ def source(instants: Instants, i: int) -> float:
 
 
 def held(instants: Instants, begin: int) -> np.ndarray:
-    """What the three samplers and the controller hold after each instant, shape [4, N].
+    """The values that the three samplers and the controller hold after each instant, shape [4, N].
 
     All that are due at an instant read together: what the sources give after it, and what other samplers gave before.
     """

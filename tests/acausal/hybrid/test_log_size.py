@@ -40,7 +40,7 @@ def operations(jaxpr: Any, in_loop: bool = False) -> Iterator[Any]:
 
 
 def numbers_in_a_step(max_events: int) -> int:
-    """How many numbers the loops of a run compute each time, but for what is written into an array in place."""
+    """The count of numbers that a run computes in each pass of its loops, except those written in place."""
 
     def run(rate: Any) -> Any:
         sol = simulate(Counted(rate=rate), 1.0, save="end", max_events=max_events, throw=False)
