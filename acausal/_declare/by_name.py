@@ -36,10 +36,12 @@ class Parameters(dict[str, Any]):
         return value_table([(path, with_unit(value, self.units[path])) for path, value in self.items()])
 
     def tree_flatten(self) -> tuple[list[Any], tuple[tuple[str, str], ...]]:
+        """The values and, as static data, the units."""
         return list(self.values()), tuple(self.units.items())
 
     @classmethod
     def tree_unflatten(cls, units: tuple[tuple[str, str], ...], values: Iterable[Any]) -> "Parameters":
+        """The inverse of `tree_flatten`."""
         return cls(dict(zip(dict(units), values, strict=True)), dict(units))
 
 

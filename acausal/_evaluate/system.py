@@ -81,6 +81,7 @@ class System:
 
     @property
     def states(self) -> list[Pair]:
+        """The states: the number of a variable, and the order of its derivative."""
         return self.ordered.states
 
     @ft.cached_property

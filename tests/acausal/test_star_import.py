@@ -6,6 +6,7 @@ import inspect
 import pkgutil
 import pydoc
 import re
+from collections.abc import Iterator
 from typing import Any
 
 import pytest
@@ -46,6 +47,18 @@ def test_public_names_are_documented(library: Any) -> None:
         item = getattr(library, name)
         if isinstance(item, type) or inspect.isfunction(item):
             assert vars(item).get("__doc__") or inspect.getdoc(item), name
+        for method, text in members(item) if isinstance(item, type) else ():
+            assert text, f"{name}.{method}"
+
+
+def members(cls: Any) -> Iterator[tuple[str, str | None]]:
+    """The public methods and properties of a class that the library defines, each with its docstring."""
+    bases = [base for base in cls.__mro__ if base.__module__.partition(".")[0] == "acausal"]
+    for name in sorted({name for base in bases for name in vars(base) if name[0] != "_" or name == "__call__"}):
+        item = inspect.getattr_static(cls, name)
+        function = getattr(item, "fget", None) or getattr(item, "func", None) or getattr(cls, name)
+        if inspect.isroutine(function) and str(function.__module__).partition(".")[0] == "acausal":
+            yield name, function.__doc__
 
 
 def test_help_names_the_functions() -> None:

@@ -59,10 +59,12 @@ class ByPath(dict[str, Any]):
         raise unknown_part(path, self, "energy account")
 
     def tree_flatten(self) -> tuple[list[Any], tuple[str, ...]]:
+        """The values and, as static data, the paths."""
         return list(self.values()), tuple(self)
 
     @classmethod
     def tree_unflatten(cls, paths: tuple[str, ...], values: Iterable[Any]) -> Self:
+        """The inverse of `tree_flatten`."""
         return cls(zip(paths, values, strict=True))
 
 
@@ -91,6 +93,7 @@ class EnergyAccount:
 
     @property
     def imbalance(self) -> jax.Array:
+        """The supplied energy minus all others, in J."""
         supplied, stored, dissipated = self.totals
         return supplied - stored - dissipated - sum(self.events.values())
 

@@ -88,6 +88,7 @@ class Solution(eqx.Module, Generic[M]):
 
     @property
     def is_batched(self) -> bool:
+        """Whether the solution holds several runs."""
         return jnp.ndim(self.t1) > 0
 
     @property

@@ -155,6 +155,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     unroll: bool = eqx.field(default=False, static=True)
 
     def order(self, terms: Any) -> int:
+        """The order of convergence."""
         return self.tableau.order
 
     def func(self, terms: Any, t0: Numbers, y0: State, args: PyTree) -> State:
@@ -162,6 +163,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return terms.vf(t0, y0, args)
 
     def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree) -> None:
+        """The state of the solver, None. Raises `ParameterError` unless `y0` is one flat vector of real numbers."""
         if jax.tree.structure(y0) != jax.tree.structure(0) or jnp.ndim(y0) != 1 or not jnp.isrealobj(y0):
             raise ParameterError(
                 f"{type(self).__name__} integrates one flat vector of real numbers, but the state is {y0}. "
@@ -177,6 +179,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     def step(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: None, made_jump: Numbers
     ) -> tuple[State, State, dict[str, Array], None, diffrax.RESULTS]:
+        """The end of a step, its error estimate, its dense output, the state of the solver and its result."""
         y1, error, info, _ = self._stepped(terms, t0, t1, y0, args, self.tableau.rows)
         return y1, error, info, None, diffrax.RESULTS.successful
 

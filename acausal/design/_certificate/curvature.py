@@ -44,6 +44,7 @@ class Curvature:
 
     @property
     def verdict(self) -> str:
+        """The second-order conditions in words."""
         if np.isinf(self.least):
             return "a vertex: as many limits are active as variables are free"
         if not np.all(np.isfinite(self.eigenvalues)):

@@ -43,9 +43,11 @@ class CatalogueVariables(Free):
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The paths of the values, then table and name of the figures."""
         return super().names + tuple(f"{table}: {name}" for table, name in self.figures)
 
     def values(self, model: Component) -> Float[np.ndarray, " n"]:
+        """The values in a model in the declared units, with zeros for the figures."""
         return np.concatenate([super().values(model), np.zeros(len(self.figures))])
 
     def with_values(self, model: Any, x: Any) -> Any:

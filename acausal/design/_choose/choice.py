@@ -53,6 +53,7 @@ class Choice(Generic[M]):
 
     @ft.cached_property
     def places(self) -> Int[np.ndarray, "n 2"]:
+        """The structure of each combination, and its number within the structure."""
         pairs = [(number, i) for number, structure in enumerate(self.structures) for i in range(len(structure.x))]
         return np.array(pairs)
 
@@ -74,6 +75,7 @@ class Choice(Generic[M]):
 
     @property
     def is_computed(self) -> Bool[np.ndarray, " n"]:
+        """Whether each combination was computed."""
         return self.codes == COMPUTED
 
     @property

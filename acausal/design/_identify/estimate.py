@@ -37,6 +37,7 @@ class Channel(NamedTuple):
 
     @property
     def label(self) -> str:
+        """The name in tables and pictures."""
         return f"{self.experiment}: {self.name}"
 
 
@@ -79,10 +80,12 @@ class Estimate(Generic[M]):
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The names of the fitted parameters."""
         return self._free.names
 
     @property
     def units(self) -> tuple[str, ...]:
+        """The declared units of the fitted parameters."""
         return self._free.units
 
     @property
@@ -92,6 +95,7 @@ class Estimate(Generic[M]):
 
     @ft.cached_property
     def estimates(self) -> Float[np.ndarray, " n"]:
+        """The estimated values in the declared units."""
         return np.asarray(self._free.unscaled(self._minimum.z))
 
     @property

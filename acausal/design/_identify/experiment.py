@@ -31,6 +31,7 @@ class Run:
     options: tuple[tuple[str, Any], ...]
 
     def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
+        """The predictions by name at times in s, in the units of the model; infinite if the run fails."""
         solution = simulate(model, times[-1], save=times, throw=False, **dict(self.options))
         values = {path: solution[path] for path in self.paths}
         if self.outputs:
@@ -51,6 +52,7 @@ class Results:
     function: Callable[[Any], Mapping[str, Numbers]]
 
     def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
+        """The predictions by name."""
         del times
         return dict(self.function(model))
 

@@ -23,6 +23,7 @@ class ResidualTest(NamedTuple):
 
     @property
     def passed(self) -> bool:
+        """Whether the residuals can be noise."""
         return self.probability >= DOUBT
 
     def __str__(self) -> str:

@@ -78,6 +78,7 @@ class Design(Generic[M]):
 
     @property
     def values(self) -> dict[str, float]:
+        """The optimal values of the free parameters by name, in the declared units."""
         return dict(zip(self.free.names, self.x.tolist(), strict=True))
 
     @property

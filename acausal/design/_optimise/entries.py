@@ -31,11 +31,13 @@ class LimitedResult(NamedTuple):
 
     @property
     def margin(self) -> float:
+        """The distance from the limit, as a share of it; negative if the limit is broken."""
         excess = float(self.limit.excess(self.value))
         return 0.0 if abs(excess) < ROUNDING else -excess
 
     @property
     def is_broken(self) -> bool:
+        """Whether the limit is violated by more than rounding errors."""
         return self.margin < -BROKEN
 
     def row(self) -> tuple[str, ...]:

@@ -90,13 +90,16 @@ class Uniform(Bounded):
 
     @property
     def mean(self) -> float:
+        """The mean in the declared unit."""
         return 0.5 * (self.low + self.high)
 
     @property
     def std(self) -> float:
+        """The standard deviation in the declared unit."""
         return (self.high - self.low) / np.sqrt(12.0)
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Values of the quantile function at probabilities from 0 to 1, in the declared unit."""
         return (1.0 - u) * self.low + u * self.high
 
 
@@ -126,14 +129,17 @@ class Triangular(Bounded):
 
     @property
     def mean(self) -> float:
+        """The mean in the declared unit."""
         return (self.low + self.mode + self.high) / 3.0
 
     @property
     def std(self) -> float:
+        """The standard deviation in the declared unit."""
         a, b, c = self.low, self.high, self.mode
         return float(np.sqrt((a * a + b * b + c * c - a * b - a * c - b * c) / 18.0))
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Values of the quantile function at probabilities from 0 to 1, in the declared unit."""
         width, rise = self.high - self.low, self.mode - self.low
         below = self.low + np.sqrt(u * width * rise)
         above = self.high - np.sqrt((1.0 - u) * width * (width - rise))
@@ -159,13 +165,16 @@ class Samples(Bounded):
 
     @property
     def mean(self) -> float:
+        """The mean in the declared unit."""
         return float(np.mean(self.values))
 
     @property
     def std(self) -> float:
+        """The standard deviation in the declared unit."""
         return float(np.std(self.values, ddof=1))
 
     def quantile(self, u: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Values of the quantile function at probabilities from 0 to 1, in the declared unit."""
         n = len(self.values)
         return np.interp(u, (np.arange(n) + 0.5) / n, self.values)
 

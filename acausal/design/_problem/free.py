@@ -29,6 +29,7 @@ class Place(NamedTuple):
 
     @property
     def name(self) -> str:
+        """The path, with the indices of an element."""
         return self.path if self.element is None else f"{self.path}[{','.join(map(str, self.element))}]"
 
 
@@ -67,6 +68,7 @@ class Variable(NamedTuple):
 
     @property
     def is_log(self) -> bool:
+        """Whether the variable is scaled logarithmically."""
         return self.low > 0.0 and np.isfinite(self.high) and self.high > DECADE * self.low
 
     @property
@@ -88,6 +90,7 @@ class Free:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """The names of the variables."""
         return tuple(variable.name for variable in self.variables)
 
     @property
@@ -97,10 +100,12 @@ class Free:
 
     @property
     def low(self) -> Float[np.ndarray, " n"]:
+        """The lower bounds in the declared units."""
         return np.array([variable.low for variable in self.variables])
 
     @property
     def high(self) -> Float[np.ndarray, " n"]:
+        """The upper bounds in the declared units."""
         return np.array([variable.high for variable in self.variables])
 
     @property

@@ -44,6 +44,7 @@ class Limit:
 
     @property
     def is_equation(self) -> bool:
+        """Whether the result must equal the value of the limit."""
         return self.sense == "=="
 
     @property
@@ -62,6 +63,7 @@ class Limit:
 
     @property
     def text(self) -> str:
+        """The relation and the value, such as "<= 35 A"."""
         return f"{self.sense} {self.scale.value(self.value):.6g}{self.scale.text}"
 
 

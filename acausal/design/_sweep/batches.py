@@ -44,6 +44,7 @@ class Outcomes(NamedTuple):
 
     @property
     def are_good(self) -> Bool[np.ndarray, " n"]:
+        """Marks the members that were computed."""
         return self.codes == COMPUTED
 
     @property

@@ -83,6 +83,7 @@ class Tolerance(Generic[M]):
 
     @property
     def means(self) -> Float[np.ndarray, " k"]:
+        """The means of the parameters in the declared units."""
         return self._joint.means
 
     @property
