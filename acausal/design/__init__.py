@@ -1,7 +1,7 @@
-"""Design with models: certified optima, identification, optimal control, sweeps, choices from catalogues, tolerances.
+"""Design with models: certified optima, identification, optimal control, sweeps, choices, tolerances, training.
 
 Each room imports only from those before it: `_problem`, `_certificate`, `_compute`, `_sensitivity`, `_optimise`,
-`_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`.
+`_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`, `_train`.
 """
 
 from .._units.display import Scale
@@ -35,6 +35,7 @@ from ._tolerance.sobol_indices import Indices
 from ._tolerance.spread import Cause, Spread, Spreads, Yield
 from ._tolerance.tolerance import Members, Tolerance
 from ._tolerance.worst import Worst
+from ._train.train import Training, train
 
 # `hessian` is left out: a star import would take the name from jax.
 __all__ = [
@@ -75,6 +76,7 @@ __all__ = [
     "Spread",
     "Spreads",
     "Tolerance",
+    "Training",
     "Triangular",
     "Tried",
     "Uniform",
@@ -90,4 +92,5 @@ __all__ = [
     "percentile_of",
     "sensitivities",
     "sweep",
+    "train",
 ]

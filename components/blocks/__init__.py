@@ -1,4 +1,4 @@
-"""Signals: ports without power, sources of time, operations, dynamics, controllers and tables."""
+"""Signals: ports without power, sources of time, operations, dynamics, controllers, tables and learned curves."""
 
 from typing import TYPE_CHECKING
 
@@ -20,6 +20,9 @@ if TYPE_CHECKING:
     from ._interfaces import Output as Output
     from ._interfaces import Signal as Signal
     from ._interfaces import SignalSource as SignalSource
+    from ._learned import Curve as Curve
+    from ._learned import MonotoneCurve as MonotoneCurve
+    from ._learned import Network as Network
     from ._linear_systems import StateSpace as StateSpace
     from ._linear_systems import TransferFunction as TransferFunction
     from ._math import Division as Division

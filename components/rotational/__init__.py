@@ -49,6 +49,10 @@ if TYPE_CHECKING:
     from ._interfaces import Flange as Flange
     from ._interfaces import ToGround as ToGround
     from ._iron_loss import IronLoss as IronLoss
+    from ._learned import LearnedDamper as LearnedDamper
+    from ._learned import LearnedFriction as LearnedFriction
+    from ._learned import LearnedSpring as LearnedSpring
+    from ._learned import SmoothLearnedFriction as SmoothLearnedFriction
     from ._linkages import CrankSlider as CrankSlider
     from ._linkages import FlexibleCoupling as FlexibleCoupling
     from ._linkages import ReleaseBearing as ReleaseBearing

@@ -55,6 +55,7 @@ _NEXT = {
     "hydraulic.FluidPort": _Partner({"tank": "hydraulic.Tank()"}, ("PORT, self.tank.port",)),
 }
 _SPECIAL = {"IdealOpAmp", "PurgeValve"}  # work in circuits of their own kind only
+_MODULES = {"eqx": "import equinox as eqx", "jax": "import jax", "jnp": "import jax.numpy as jnp"}
 _RETURNS = {"n", "n1", "n2", "reference"}  # pins that are grounded
 
 
@@ -72,7 +73,8 @@ def program(example: Example) -> str:
         package, _, call = code.partition(".")
         imports.setdefault(f"components.{package}", set()).add(call.partition("(")[0])
     return "\n".join([
-        "import jax.numpy as jnp\n" if "jnp." in example.code else "",
+        *(line for name, line in _MODULES.items() if f"{name}." in example.code),
+        "",
         "from acausal import Component, Connections, connect, simulate",
         *(f"from {package} import {', '.join(sorted(names))}" for package, names in sorted(imports.items())),
         "\n\nclass Example(Component):",

@@ -8,14 +8,16 @@ import pytest
 from _models import rc
 
 from acausal import ModelError, Solution, linearise, simulate
+from acausal.design import train
 
 USES: dict[str, Callable[[Solution], Any]] = {
     "matplotlib": lambda sol: sol.plot(),
     "pandas": lambda sol: sol.to_pandas(),
     "xarray": lambda sol: sol.to_xarray(),
     "control": lambda sol: linearise(rc()).to_control(),
+    "optax": lambda sol: train(rc(), ["c.C"], lambda model: model.c.C),
 }
-EXTRA = {"matplotlib": "plots", "pandas": "tables", "xarray": "tables", "control": "control"}
+EXTRA = {"matplotlib": "plots", "pandas": "tables", "xarray": "tables", "control": "control", "optax": "learn"}
 
 
 @pytest.mark.parametrize("package", USES)

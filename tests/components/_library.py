@@ -4,6 +4,8 @@ import dataclasses
 import inspect
 from typing import Any
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -30,6 +32,8 @@ STAGE = hydraulic.PilotStage(w=1.0, D=1.0, rate=1.0)
 EDGE = hydraulic.MeteringEdge(width=1.0, stroke=1.0, density=1.0)
 # What numbers of 1 for all parameters without a default would not do.
 MACHINE = electrical.DqMachine(p=2.0, psi=1.0, Ld=1.0, Lq=2.0, Rs=0.5)
+NETWORK = blocks.Network(eqx.nn.MLP("scalar", "scalar", 3, 1, jnp.tanh, key=jax.random.key(0)))
+RISING = blocks.MonotoneCurve(heights=[0.0, 0.0], slopes=[1.0, 1.0], offsets=[1.0, -1.0])
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "AnnularGap": dict(diameter=1.0, clearance=1.0, length=1.0, liquid=OIL),
     "Battery": dict(Q=1.0, charges=GRID, voltages=GRID + 1.0, R0=1.0, R=[1.0, 2.0], C=[1.0, 2.0]),
@@ -56,6 +60,9 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, seat=1.0, width=1.0, density=1.0
     ),
     "HydraulicCylinder": dict(chambers=hydraulic.DoubleActingCylinder(**CYLINDER), m=1.0, Fc=1.0, Fs=1.0, vs=1.0),
+    "LearnedDamper": dict(curve=RISING, T=1.0, w0=1.0),
+    "LearnedFriction": dict(network=NETWORK, T=1.0, ws=1.0),
+    "LearnedSpring": dict(network=NETWORK, T=1.0, phi0=1.0),
     "Limiter": LIMITS,
     "LimPI": CONTROL,
     "LimPID": dict(**CONTROL, Td=0.1),
@@ -74,6 +81,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "PlanetaryTrain": dict(stages=[rotational.PlanetaryGearbox(ratio=3.0)]),
     "PressureCompensatedPump": dict(tau=1.0, p_set=1.0, band=1.0, **PUMP),
     "SaturatingInductor": dict(Lnom=0.5, Inom=1.0, Lzer=1.0, Linf=0.1),
+    "SmoothLearnedFriction": dict(network=NETWORK, T=1.0, ws=1.0, w0=1.0),
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),
     "SolenoidValve": dict(R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, area=1.0, density=1.0),
     "Staircase": dict(times=GRID, values=GRID[1:]),

@@ -3,6 +3,8 @@
 import inspect
 from typing import Any
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import pytest
 from _drive_examples import DRIVES
@@ -18,6 +20,9 @@ ANGLES = jnp.linspace(0.0, 2.0 * jnp.pi, 9)
 LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
 MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
 VALVE: dict[str, Any] = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
+
+NETWORK = blocks.Network(eqx.nn.MLP("scalar", "scalar", 3, 1, jnp.tanh, key=jax.random.key(0)))
+RISING = blocks.MonotoneCurve(heights=[0.3, -0.4], slopes=[0.2, 0.5], offsets=[0.7, -0.3])
 
 
 def square(t: Scalar) -> Scalar:
@@ -147,6 +152,9 @@ EXAMPLES: tuple[Component, ...] = (
     rotational.QuadraticSpeedDependentTorque(torque=1.3, w_nominal=0.7),
     rotational.QuadraticSpeedDependentTorque(torque=0.3, w_nominal=0.7, one_sign=False),
     rotational.RelativeAngleSensor(),
+    rotational.LearnedDamper(curve=RISING, T=1.3, w0=0.7),
+    rotational.LearnedFriction(network=NETWORK, T=1.3, ws=0.7),
+    rotational.LearnedSpring(network=NETWORK, T=1.3, phi0=0.7),
     rotational.RelativeSpeedSensor(),
     rotational.SignalAcceleration(),
     rotational.SignalAngle(),
@@ -156,6 +164,7 @@ EXAMPLES: tuple[Component, ...] = (
     rotational.SpeedSensor(),
     rotational.Spring(c=1.3, phi_rel0=0.4),
     rotational.SpringDamper(c=1.3, d=0.7, phi_rel0=0.4),
+    rotational.SmoothLearnedFriction(network=NETWORK, T=1.3, ws=0.7, w0=0.4),
     rotational.SmoothStribeckFriction(Tc=0.7, Ts=1.3, ws=0.8, w0=0.4),
     rotational.TorqueSensor(),
     rotational.WormGear(ratio=2.3, J=0.7),

@@ -1,5 +1,7 @@
 """Examples of signal blocks."""
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 
 from components.blocks import (
@@ -23,6 +25,8 @@ from components.blocks import (
     LimPID,
     Maximum,
     Minimum,
+    MonotoneCurve,
+    Network,
     Play,
     Product,
     Pulse,
@@ -68,6 +72,8 @@ EXAMPLES = (
     Limiter(u_min=-10.0, u_max=10.0),
     Maximum(),
     Minimum(),
+    MonotoneCurve.of(6, jax.random.key(0)),
+    Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
     PI(k=2.0, T=0.1),
     PID(k=2.0, Ti=0.1, Td=0.02),
     PWM(period=1e-3),

@@ -1,5 +1,10 @@
 """Examples of rotational components."""
 
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+from components.blocks import MonotoneCurve, Network
 from components.rotational import (
     AccelerationSensor,
     AngleSensor,
@@ -30,6 +35,9 @@ from components.rotational import (
     IdealRollingWheel,
     Inertia,
     IronLoss,
+    LearnedDamper,
+    LearnedFriction,
+    LearnedSpring,
     LinearLift,
     LinearSpeedDependentTorque,
     LossyGear,
@@ -55,6 +63,7 @@ from components.rotational import (
     SignalSpeed,
     SignalTorque,
     SignalTorque2,
+    SmoothLearnedFriction,
     SmoothStribeckFriction,
     SpeedSensor,
     Spring,
@@ -96,6 +105,17 @@ EXAMPLES = (
     IdealRollingWheel(radius=0.3),
     Inertia(J=5e-3),
     IronLoss(T_h=2e-3, k_e=1e-6),
+    LearnedDamper(curve=MonotoneCurve.of(6, jax.random.key(0)), T=1.0, w0=10.0),
+    LearnedFriction(
+        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
+        T=0.1,
+        ws=10.0,
+    ),
+    LearnedSpring(
+        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
+        T=1.0,
+        phi0=0.1,
+    ),
     LinearLift(rate=2e-3),
     LinearSpeedDependentTorque(torque=-2.0, w_nominal=150.0),
     LossyGear(ratio=40.0, losses=[[0.0, 0.75, 0.4, 0.05, 0.08]]),
@@ -121,6 +141,12 @@ EXAMPLES = (
     SignalSpeed(),
     SignalTorque(),
     SignalTorque2(),
+    SmoothLearnedFriction(
+        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
+        T=0.1,
+        ws=10.0,
+        w0=0.1,
+    ),
     SmoothStribeckFriction(Tc=0.05, Ts=0.08, ws=1.0, w0=0.1),
     SpeedSensor(),
     Spring(c=10.0),

@@ -1,0 +1,1 @@
+"""Training of laws with many weights."""
