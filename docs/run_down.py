@@ -7,7 +7,6 @@ import itertools
 from pathlib import Path
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -49,7 +48,7 @@ class Formula(Component):
 
 def untrained(seed: int = 0) -> RunDown:
     """The wheel with a network of one hidden layer and random weights."""
-    network = Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(seed)))
+    network = Network.of(8, jax.random.key(seed))
     return RunDown(wheel=Inertia(J=J, w=W0), friction=SmoothLearnedFriction(network=network, T=0.2, ws=10.0, w0=REST))
 
 

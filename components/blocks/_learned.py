@@ -9,7 +9,6 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jax import Array
-from jax.tree_util import PyTreeDef
 
 from acausal import ArgumentError, Param, Record, Requirements, Scalar, Vector, require
 
@@ -26,7 +25,7 @@ class Curve(Record, partial=True):
         """Whether it maps a number to a number."""
         try:
             return jax.eval_shape(self, jnp.zeros(())).shape == ()
-        except (TypeError, ValueError, AttributeError):  # of a module for another shape
+        except (TypeError, ValueError, AttributeError, IndexError):  # of a module for another shape
             return False
 
 
@@ -61,45 +60,46 @@ class MonotoneCurve(Curve):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Form:
-    """A module of equinox without its arrays: their places and shapes, and all that is not an array."""
+    """A module of equinox with the shapes and types of its arrays in their place."""
 
-    name: str
-    tree: PyTreeDef
-    shapes: tuple[tuple[int, ...], ...]
-    rest: Any
+    skeleton: Any
 
     @classmethod
-    def of(cls, arrays: Any, rest: Any) -> "Form":
-        leaves, tree = jax.tree_util.tree_flatten(arrays)
-        return cls(type(rest).__name__, tree, tuple(leaf.shape for leaf in leaves), rest)
+    def of(cls, module: Any) -> "Form":
+        arrays, rest = eqx.partition(module, eqx.is_inexact_array)
+        shapes = jax.tree_util.tree_map(lambda leaf: jax.ShapeDtypeStruct(leaf.shape, leaf.dtype), arrays)
+        return cls(eqx.combine(shapes, rest))
 
     def module(self, weights: Array) -> Any:
         """The module with these weights."""
-        arrays, start = [], 0
-        for shape in self.shapes:
-            end = start + math.prod(shape)
-            arrays.append(jnp.reshape(weights[start:end], shape))
-            start = end
-        return eqx.combine(jax.tree_util.tree_unflatten(self.tree, arrays), self.rest)
+        start, leaves = 0, []
+        for leaf in jax.tree_util.tree_leaves(self.skeleton):
+            if isinstance(leaf, jax.ShapeDtypeStruct):
+                end = start + math.prod(leaf.shape)
+                start, leaf = end, jnp.reshape(weights[start:end], leaf.shape)
+            leaves.append(leaf)
+        return jax.tree_util.tree_unflatten(jax.tree_util.tree_structure(self.skeleton), leaves)
 
     @property
     def size(self) -> int:
-        return sum(map(math.prod, self.shapes))
+        leaves = jax.tree_util.tree_leaves(self.skeleton)
+        return sum(math.prod(leaf.shape) for leaf in leaves if isinstance(leaf, jax.ShapeDtypeStruct))
 
     def __repr__(self) -> str:
         # Without addresses of functions, which differ between processes: names of stored programs contain it.
-        return f"{self.name} with {self.size} weights"
+        return f"{type(self.skeleton).__name__} with {self.size} weights"
 
 
 class Network(Curve):
     """y = n(x; weights): a module of equinox between pure numbers, with all its arrays in one vector of weights.
 
-    `Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=key))` is one hidden layer of 8 neurons. Any module or
-    pytree of arrays that can be called will do. Its floating-point arrays become the parameter `weights`, concatenated
-    in the order of the pytree; the rest is static. Networks that differ only in weights share compiled programs.
+    `Network.of(8, key)` has one hidden layer of 8 neurons. `Network(module)` takes any callable module. Its arrays of
+    floats become the parameter `weights`, concatenated in the order of the pytree; the rest is static. Networks that
+    differ only in weights share compiled programs.
 
-    Use a smooth activation, such as `jnp.tanh`: the kinks of `relu` cost steps and accuracy of derivatives. Scale the
-    input and the output by parameters with units, since `weights` and x have none.
+    Use a smooth activation: the kinks of `relu` cost steps and accuracy of derivatives. Python cannot store functions
+    under `jax.jit`, such as `jnp.tanh`, and the default final activation of `eqx.nn.MLP`. Scale the input and the
+    output by parameters with units, since `weights` and x have none.
 
     Raises `ArgumentError` for a module without arrays, or which cannot be called.
     """
@@ -107,15 +107,26 @@ class Network(Curve):
     weights: Param[Vector, "1"]  # all arrays of the module
     form: Form = eqx.field(static=True)
 
-    def __init__(self, module: Any) -> None:
-        arrays, rest = eqx.partition(module, eqx.is_inexact_array)
-        self.form = Form.of(arrays, rest)
+    def __init__(self, module: eqx.Module) -> None:
+        self.form = Form.of(module)
         if not self.form.size or not callable(module):
             raise ArgumentError(
-                f"Network takes a callable module with arrays of floats, such as eqx.nn.MLP('scalar', 'scalar', 8, 1, "
-                f"jnp.tanh, key=jax.random.key(0)), got {type(module).__name__}."
+                f"Network takes a callable module with arrays of floats, such as eqx.nn.MLP(2, 1, 8, 1, key=key), got "
+                f"{type(module).__name__}. Network.of(8, key) has one input, one output and one hidden layer."
             )
-        self.weights = jnp.concatenate([jnp.ravel(leaf) for leaf in jax.tree_util.tree_leaves(arrays)])
+        arrays = jax.tree_util.tree_leaves(eqx.filter(module, eqx.is_inexact_array))
+        self.weights = jnp.concatenate([jnp.ravel(array) for array in arrays])
+
+    def requirements(self) -> Requirements:
+        is_whole = jnp.shape(self.weights) == (self.form.size,)
+        return (require(is_whole, f"weights must be a vector for an {self.form!r}"),)
+
+    @classmethod
+    def of(cls, n: int, key: Any) -> Self:
+        """A network from a number to a number, with one hidden layer of n neurons with tanh, and random weights."""
+        first, last = jax.random.split(key)
+        inner, outer = eqx.nn.Linear("scalar", n, key=first), eqx.nn.Linear(n, "scalar", key=last)
+        return cls(eqx.nn.Sequential([inner, eqx.nn.Lambda(jax.lax.tanh), outer]))
 
     @property
     def module(self) -> Any:

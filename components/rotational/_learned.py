@@ -13,7 +13,7 @@ from ._interfaces import Compliant, ToGround
 
 
 def _scalar(network: Curve) -> Requirements:
-    said = "network must map a number to a number, as eqx.nn.MLP('scalar', 'scalar', 8, 1, jnp.tanh, key=key) does"
+    said = "network must map a number to a number, as Network.of(8, key) does"
     return (require(network.is_scalar, said),)
 
 

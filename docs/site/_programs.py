@@ -55,7 +55,7 @@ _NEXT = {
     "hydraulic.FluidPort": _Partner({"tank": "hydraulic.Tank()"}, ("PORT, self.tank.port",)),
 }
 _SPECIAL = {"IdealOpAmp", "PurgeValve"}  # work in circuits of their own kind only
-_MODULES = {"eqx": "import equinox as eqx", "jax": "import jax", "jnp": "import jax.numpy as jnp"}
+_MODULES = {"jax": "import jax", "jnp": "import jax.numpy as jnp"}
 _RETURNS = {"n", "n1", "n2", "reference"}  # pins that are grounded
 
 

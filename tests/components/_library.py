@@ -4,7 +4,6 @@ import dataclasses
 import inspect
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -32,7 +31,7 @@ STAGE = hydraulic.PilotStage(w=1.0, D=1.0, rate=1.0)
 EDGE = hydraulic.MeteringEdge(width=1.0, stroke=1.0, density=1.0)
 # What numbers of 1 for all parameters without a default would not do.
 MACHINE = electrical.DqMachine(p=2.0, psi=1.0, Ld=1.0, Lq=2.0, Rs=0.5)
-NETWORK = blocks.Network(eqx.nn.MLP("scalar", "scalar", 3, 1, jnp.tanh, key=jax.random.key(0)))
+NETWORK = blocks.Network.of(3, jax.random.key(0))
 RISING = blocks.MonotoneCurve(heights=[0.0, 0.0], slopes=[1.0, 1.0], offsets=[1.0, -1.0])
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "AnnularGap": dict(diameter=1.0, clearance=1.0, length=1.0, liquid=OIL),

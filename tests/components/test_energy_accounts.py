@@ -3,7 +3,6 @@
 import inspect
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import pytest
@@ -21,7 +20,7 @@ LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
 MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
 VALVE: dict[str, Any] = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
 
-NETWORK = blocks.Network(eqx.nn.MLP("scalar", "scalar", 3, 1, jnp.tanh, key=jax.random.key(0)))
+NETWORK = blocks.Network.of(3, jax.random.key(0))
 RISING = blocks.MonotoneCurve(heights=[0.3, -0.4], slopes=[0.2, 0.5], offsets=[0.7, -0.3])
 
 

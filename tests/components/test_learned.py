@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from acausal import ArgumentError, Component, Connections, ParameterError, connect, replace, simulate
+from acausal import ArgumentError, Component, Connections, ParameterError, connect, parameters, replace, simulate
 from acausal.testing import solved
 from components.blocks import MonotoneCurve, Network
 from components.rotational import Inertia, LearnedFriction, LearnedSpring, SmoothLearnedFriction
@@ -19,7 +19,7 @@ SEEDS = st.integers(0, 2**31 - 1)
 
 
 def mlp(seed: int, width: int = 4, size: str | int = "scalar") -> Any:
-    return eqx.nn.MLP(size, size, width, 1, jnp.tanh, key=jax.random.key(seed))  # pyright: ignore[reportArgumentType]
+    return eqx.nn.MLP(size, size, width, 1, jax.lax.tanh, key=jax.random.key(seed))  # pyright: ignore[reportArgumentType]
 
 
 class RunDown(Component):
@@ -56,6 +56,12 @@ def test_networks_that_differ_in_weights_alone_have_one_structure() -> None:
     assert repr(first.form) == "MLP with 13 weights"  # without addresses, which would differ between processes
 
 
+def test_a_network_with_one_hidden_layer() -> None:
+    network = Network.of(4, jax.random.key(0))
+    assert network.weights.shape == (13,)
+    assert network(jnp.array(0.7)) == mlp(0)(jnp.array(0.7))
+
+
 def test_a_network_with_several_inputs() -> None:
     module = mlp(0, size=2)
     assert jnp.array_equal(Network(module)(jnp.ones(2)), module(jnp.ones(2)))
@@ -72,12 +78,17 @@ def test_a_network_for_another_shape_is_refused() -> None:
         LearnedFriction(network=Network(mlp(0, size=1)), T=1.0, ws=1.0)
 
 
+def test_weights_of_another_number_are_refused() -> None:
+    with pytest.raises(ParameterError, match=r"weights must be a vector for an MLP with 13 weights"):
+        simulate(replace(run_down(), {"friction.network.weights": jnp.ones(12)}), 0.1)
+
+
 def test_terms_of_a_curve_must_match() -> None:
     with pytest.raises(ParameterError, match=r"MonotoneCurve\.heights must have the shape of slopes and offsets"):
         MonotoneCurve(heights=[0.0, 1.0], slopes=[0.0], offsets=[0.0])
 
 
-SPEEDS = np.linspace(-40.0, 40.0, 101)
+SPEEDS = jnp.linspace(-40.0, 40.0, 101)
 
 
 @jax.jit
@@ -86,7 +97,7 @@ def smooth_and_dry(weights: Any) -> tuple[Any, Any]:
     network = eqx.tree_at(lambda n: n.weights, Network(mlp(0)), weights)
     smooth = SmoothLearnedFriction(network=network, T=0.1, ws=10.0, w0=1.0)
     dry = LearnedFriction(network=network, T=0.1, ws=10.0)
-    return jax.vmap(smooth.torque)(SPEEDS), jax.vmap(dry.sliding)(np.abs(SPEEDS))
+    return jax.vmap(smooth.torque)(SPEEDS), jax.vmap(dry.sliding)(jnp.abs(SPEEDS))
 
 
 @settings(max_examples=50, deadline=None)
@@ -104,7 +115,7 @@ def risen(terms: Any) -> Any:
     """A curve with these terms at some points."""
     heights, slopes, offsets = terms
     curve = MonotoneCurve(heights=heights, slopes=slopes, offsets=offsets, linear=-2.0)
-    return jax.vmap(curve)(np.linspace(-3.0, 3.0, 61))
+    return jax.vmap(curve)(jnp.linspace(-3.0, 3.0, 61))
 
 
 @settings(max_examples=50, deadline=None)
@@ -129,7 +140,7 @@ def test_the_torque_of_a_spring_is_the_slope_of_its_energy() -> None:
 def test_gradients_of_a_run_are_right() -> None:
     """Reverse mode over all weights, forward mode and central differences along one direction."""
     model = run_down()
-    weights = model.friction.network.weights
+    weights = parameters(model)["friction.network.weights"]
     along = jnp.asarray(np.random.default_rng(0).standard_normal(len(weights)))
 
     def final_speed(weights: Any) -> Any:

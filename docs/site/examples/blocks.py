@@ -1,6 +1,5 @@
 """Examples of signal blocks."""
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 
@@ -73,7 +72,7 @@ EXAMPLES = (
     Maximum(),
     Minimum(),
     MonotoneCurve.of(6, jax.random.key(0)),
-    Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
+    Network.of(8, jax.random.key(0)),
     PI(k=2.0, T=0.1),
     PID(k=2.0, Ti=0.1, Td=0.02),
     PWM(period=1e-3),

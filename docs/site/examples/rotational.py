@@ -1,8 +1,6 @@
 """Examples of rotational components."""
 
-import equinox as eqx
 import jax
-import jax.numpy as jnp
 
 from components.blocks import MonotoneCurve, Network
 from components.rotational import (
@@ -106,16 +104,8 @@ EXAMPLES = (
     Inertia(J=5e-3),
     IronLoss(T_h=2e-3, k_e=1e-6),
     LearnedDamper(curve=MonotoneCurve.of(6, jax.random.key(0)), T=1.0, w0=10.0),
-    LearnedFriction(
-        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
-        T=0.1,
-        ws=10.0,
-    ),
-    LearnedSpring(
-        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
-        T=1.0,
-        phi0=0.1,
-    ),
+    LearnedFriction(network=Network.of(8, jax.random.key(0)), T=0.1, ws=10.0),
+    LearnedSpring(network=Network.of(8, jax.random.key(0)), T=1.0, phi0=0.1),
     LinearLift(rate=2e-3),
     LinearSpeedDependentTorque(torque=-2.0, w_nominal=150.0),
     LossyGear(ratio=40.0, losses=[[0.0, 0.75, 0.4, 0.05, 0.08]]),
@@ -141,12 +131,7 @@ EXAMPLES = (
     SignalSpeed(),
     SignalTorque(),
     SignalTorque2(),
-    SmoothLearnedFriction(
-        network=Network(eqx.nn.MLP("scalar", "scalar", 8, 1, jnp.tanh, key=jax.random.key(0))),
-        T=0.1,
-        ws=10.0,
-        w0=0.1,
-    ),
+    SmoothLearnedFriction(network=Network.of(8, jax.random.key(0)), T=0.1, ws=10.0, w0=0.1),
     SmoothStribeckFriction(Tc=0.05, Ts=0.08, ws=1.0, w0=0.1),
     SpeedSensor(),
     Spring(c=10.0),
