@@ -441,3 +441,13 @@ def test_state_must_be_a_flat_real_vector(y0):
 def test_mass_must_fit_the_state(mass):
     with pytest.raises(ParameterError, match=r"has the shape \(.*\), but the state has 2 entries: give it as \(2, 2\)"):
         adaptive(lambda t, y, _: -y, np.ones(2), solver=Rodas5P(mass=mass))
+
+
+@pytest.mark.parametrize("mass", [None, jnp.array([3.0, 1.0, 0.0])])
+def test_only_stiff_and_algebraic_components_are_corrected(mass: Any) -> None:
+    """Slow components, of a rate far below 1 per step, are filtered out; fast and algebraic ones remain."""
+    rates = jnp.array([1e-4, 1e8, 1e8])
+    solver = Rodas5P(mass=mass)
+    ones = jnp.ones(3)
+    factors = factors_of(jnp.diag(solver.mass_times(ones) / solver.tableau.gamma + rates))
+    np.testing.assert_allclose(solver.of_stiff(factors, ones), [0.0, 1.0, 1.0], atol=1e-6)
