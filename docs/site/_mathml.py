@@ -153,6 +153,8 @@ def _is_word(node: ast.expr) -> bool:
 
 def _symbol(name: str, part: str = "", *, with_dot: bool = False) -> str:
     base, *rest = name.strip("_").split("_")
+    if len(base) > 1 and base not in _GREEK:
+        base, rest = "_".join([base, *rest]), []  # words, such as rated_flow
     index = ",".join([part] * bool(part) + [_GREEK.get(one, one) for one in rest])
     shown = f"<mi>{html.escape(_GREEK.get(base, base))}</mi>"
     shown = f"<mover>{shown}<mo>˙</mo></mover>" if with_dot else shown

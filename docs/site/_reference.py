@@ -5,8 +5,8 @@ import inspect
 import re
 import textwrap
 import types
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Iterator
+from typing import Any, NamedTuple
 
 import acausal
 import studies
@@ -20,6 +20,15 @@ from ._tables import table
 
 WIDTH = 100
 _GROUP = re.compile(r"^(?P<title>\S.*):\n(?P<lines>(?:    .*\n?)+)", re.MULTILINE)
+_LINE = re.compile(r"^    (?P<names>\w+\*?(?:,\s+\w+\*?)*)\s+(?P<text>\S.*(?:\n     .*)*)", re.MULTILINE)
+
+
+class Group(NamedTuple):
+    """Names of a module with the descriptions in its docstring, if it has any."""
+
+    title: str
+    names: dict[str, str]
+    module: types.ModuleType
 
 
 def reference(name: str, pages: Pages) -> str:
@@ -29,10 +38,10 @@ def reference(name: str, pages: Pages) -> str:
 
 def _page(name: str, pages: Pages) -> Iterator[str]:
     page = f"reference/{name}.md"
-    for title, names, module in GROUPS[name]:
-        yield f"\n## {title}\n"
-        for item in names:
-            yield from _entry(module, item, page, pages)
+    for group in GROUPS[name]:
+        yield f"\n## {group.title}\n"
+        for item, text in group.names.items():
+            yield from _entry(group.module, item, text, page, pages)
 
 
 def public(module: types.ModuleType) -> list[str]:
@@ -41,33 +50,36 @@ def public(module: types.ModuleType) -> list[str]:
     return [name for name in names if not inspect.ismodule(getattr(module, name))]
 
 
-def _groups(module: types.ModuleType) -> list[tuple[str, list[str], types.ModuleType]]:
+def _groups(module: types.ModuleType) -> list[Group]:
     """The names of `acausal` under the headings of its docstring; they must be all."""
     found = []
     for match in _GROUP.finditer(inspect.getdoc(module) or ""):
-        words = re.findall(r"\w+", match["lines"])
-        found.append((match["title"], [name for name in dict.fromkeys(words) if name in public(module)], module))
-    if missing := set(public(module)) - {name for _, names, _ in found for name in names}:
+        names: dict[str, str] = {}
+        for line in _LINE.finditer(match["lines"]):
+            names |= dict.fromkeys(re.findall(r"\w+", line["names"]), " ".join(line["text"].split()))
+        found.append(Group(match["title"], names, module))
+    if missing := set(public(module)) - {name for group in found for name in group.names}:
         raise SiteError(f"The docstring of {module.__name__} does not list {', '.join(sorted(missing))}.")
     return found
 
 
-def _kinds(module: types.ModuleType) -> list[tuple[str, list[str], types.ModuleType]]:
+def _kinds(module: types.ModuleType, prefix: str = "") -> list[Group]:
     """Functions, classes and constants of a module."""
-    names: dict[str, list[str]] = {"Functions": [], "Classes": [], "Constants": []}
+    groups = {kind: Group(f"{prefix}{kind}", {}, module) for kind in ("Functions", "Classes", "Constants")}
     for name in sorted(public(module)):
         item = getattr(module, name)
         kind = "Classes" if inspect.isclass(item) else "Functions" if callable(item) else "Constants"
-        names[kind].append(name)
-    return [(kind, members, module) for kind, members in names.items() if members]
+        groups[kind].names[name] = ""
+    return [group for group in groups.values() if group.names]
 
 
-def _entry(module: types.ModuleType, name: str, page: str, pages: Pages) -> Iterator[str]:
+def _entry(module: types.ModuleType, name: str, text: str, page: str, pages: Pages) -> Iterator[str]:
     item = getattr(module, name)
     path = f"{module.__name__}.{name}"
     yield f"\n### {name} {{ #{path} }}\n"
     if not (inspect.isfunction(inspect.unwrap(item)) or inspect.isclass(item)):
-        yield f"```python\n{path} = {_short(item)}\n```\n"
+        value = _short(item)
+        yield f"{text}\n" if text or value == "..." else f"```python\n{name} = {value}\n```\n"
         return
     yield _signature(name, item)
     yield (own_text(item) if inspect.isclass(item) else inspect.getdoc(item) or "") + "\n"
@@ -157,13 +169,12 @@ def _source(item: Any, page: str, pages: Pages) -> str:
     return f"\n**Source**: [{path}]({pages.source(path, inspect.getsourcelines(item)[1], page)})\n"
 
 
-def _listed() -> dict[str, Sequence[tuple[str, list[str], types.ModuleType]]]:
-    studied = [(f"`studies.actuators`: {kind.lower()}", names, module) for kind, names, module in _kinds(actuators)]
+def _listed() -> dict[str, list[Group]]:
     return {
         "acausal": _groups(acausal),
         "design": _kinds(design),
         "testing": _kinds(testing),
-        "studies": [("`studies`", public(studies), studies), *studied],
+        "studies": [*_kinds(studies, "`studies`: "), *_kinds(actuators, "`studies.actuators`: ")],
     }
 
 

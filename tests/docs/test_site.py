@@ -40,7 +40,7 @@ def test_the_navigation_names_existing_pages_and_leaves_out_sources_only(pages: 
 def test_every_public_name_has_an_entry(pages: Pages, module: types.ModuleType) -> None:
     text = pages.texts[f"reference/{module.__name__.rpartition('.')[2]}.md"]
     for name in public(module):
-        assert f"### {name} {{ #{module.__name__}.{name} }}" in text
+        assert text.count(f"### {name} {{ #{module.__name__}.{name} }}") == 1
     assert set(getattr(module, "__all__", ())) <= set(public(module))
 
 
@@ -49,6 +49,7 @@ def test_an_entry_has_signature_docstring_and_methods(pages: Pages) -> None:
     assert "simulate(\n    model: M,\n    t1: ArrayLike,\n    *,\n    t0: ArrayLike = 0.0," in text
     assert "- `until(s)`: a real function of the variables" in text
     assert "#### plot { #acausal.Solution.plot }" in text
+    assert "### positive { #acausal.positive }\n\nOptions of an annotation: the admissible range.\n" in text
     assert "studies" in GROUPS
     assert "### opening_time { #studies.opening_time }" in pages.texts["reference/studies.md"]
 
