@@ -13,6 +13,8 @@ from jax import lax
 from jax.custom_batching import custom_vmap
 from jaxtyping import Array, Float
 
+from ._sparse_matrix import SparseFactors, SparseMatrix
+
 LARGEST_INVERSE = 40  # above it, LAPACK is faster, although XLA does not compile a loop with its calls as one function
 
 _Vector = Float[Array, " n"]
@@ -160,16 +162,25 @@ def _refined(matrix: _Matrix, rough: _Solve) -> _Solve:
 
 
 def linear_solver(
-    matrix: _Matrix, nominal: _Vector | None = None, *, factors: Factors | None = None, is_refined: bool = False
+    matrix: _Matrix | SparseMatrix,
+    nominal: _Vector | None = None,
+    *,
+    factors: Factors | SparseFactors | None = None,
+    is_refined: bool = False,
 ) -> _Solve:
     r"""A function that solves $A x = b$ for many `b`; with `is_refined`, with the accuracy of elimination.
 
     The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix can be given.
     """
-    factors = factors or factors_of(matrix, nominal)
-    solve, solve_transposed = ft.partial(_solution, factors), factors.solve_transposed
-    if is_refined:
+    if factors is None:
+        factors = matrix.factors(nominal) if isinstance(matrix, SparseMatrix) else factors_of(matrix, nominal)
+    if isinstance(factors, SparseFactors) or isinstance(matrix, SparseMatrix):
+        assert isinstance(factors, SparseFactors), "a sparse matrix has sparse factors"
+        solve, solve_transposed = factors.substituted, factors.substituted_transposed
+    elif is_refined:
         solve, solve_transposed = factors.refined(lax.stop_gradient(matrix))
+    else:
+        solve, solve_transposed = ft.partial(_solution, factors), factors.solve_transposed
     return lambda b: lax.custom_linear_solve(
         lambda x: matrix @ x, b, lambda _, b: solve(b), lambda _, b: solve_transposed(b)
     )

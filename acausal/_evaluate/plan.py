@@ -52,7 +52,7 @@ class Plan:
         self._bounded: dict[Ranges, np.ndarray] = {}  # the elements of states with these ranges
         for pair, own in ranges.items() if ranges else ():
             mask = self._bounded.setdefault(own, np.zeros(int(self.starts[-1]), bool))
-            mask[self.places[pair].start + np.arange(self.size(pair[0]))] = True
+            mask[self.elements(pair)] = True
         self.groups: list[Group] = []
         self._sizes = [int(self.starts[-1])]  # of each segment
         collected: dict[tuple[int, int], list[Use]] = {}
@@ -72,6 +72,10 @@ class Plan:
 
     def size(self, variable: int) -> int:
         return math.prod(self.shapes[variable])
+
+    def elements(self, pair: Pair) -> np.ndarray:
+        """The positions of the elements of a pair within its segment."""
+        return self.places[pair].start + np.arange(self.size(pair[0]))
 
     def _add(self, uses: list[Use]) -> None:
         if len(uses) > UNROLLED:

@@ -198,10 +198,10 @@ class System:
         It is NaN if a variable that it depends on leaves its range; with `watch`, if any variable does.
         """
         watched = self._watched if watch else []
-        store = self.evaluate(t, y, inputs, [*self._rates, *wanted, *watched], self._residual_segments)
+        store = self.evaluate(t, y, inputs, [*self.rates, *wanted, *watched], self._residual_segments)
         params = self.carried.with_discrete(inputs, y).params
         residuals = [jnp.ravel(r) for group in self.residuals for r in group_residuals(group, store, params)]
-        rates = jnp.concatenate([self.plan.collect(store, self._rates), *residuals])
+        rates = jnp.concatenate([self.plan.collect(store, self.rates), *residuals])
         if watched:
             inside = [jnp.all(is_within(self.plan.collect(store, [pair]), self._ranges(pair))) for pair in watched]
             rates = jnp.where(jnp.all(jnp.stack(inside)), rates, jnp.nan)
@@ -261,7 +261,8 @@ class System:
         return self.plan.residual_groups(residual_program_of(self.ordered, [row], self.kind_index) for row in rows)
 
     @property
-    def _rates(self) -> list[Pair]:
+    def rates(self) -> list[Pair]:
+        """The derivatives of the states."""
         return [(variable, order + 1) for variable, order in self.states]
 
     @property
@@ -275,7 +276,7 @@ class System:
     def _watched(self) -> list[Pair]:
         """The unknowns with ranges that no rate is sure to depend on."""
         places = self.plan.places
-        read = self.plan.read_for(self._residual_segments | {places[pair].segment for pair in self._rates})
+        read = self.plan.read_for(self._residual_segments | {places[pair].segment for pair in self.rates})
         return [
             pair for pair, place in places.items() if place.segment and place.segment not in read and self._ranges(pair)
         ]

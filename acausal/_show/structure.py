@@ -6,6 +6,7 @@ from .._declare.component import Component
 from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._extras import Axes
+from .._integrate.setup.pattern import pattern_of_rates
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
 from .._unit_check.check import unchecked_equations
@@ -34,6 +35,7 @@ class Structure:
     - `invariants`: equations onto which a run is projected, because no choice of fewer states suits every position.
     - `blocks`: the algebraic unknowns in the order in which they are computed.
     - `groups`: the number of separate computations, similar blocks together.
+    - `steps`: the sparse Jacobian of a step, with its entries, colours and fill-in; empty if a step is dense.
     - `unchecked`: equations with `check_units=False`.
     """
 
@@ -48,6 +50,7 @@ class Structure:
     invariants: tuple[str, ...]
     blocks: tuple[BlockReport, ...]
     groups: int
+    steps: str
     unchecked: tuple[str, ...]
     system: System = dataclasses.field(repr=False, compare=False)
 
@@ -80,6 +83,7 @@ def structure(model: Component | System) -> Structure:
         invariants=tuple(equation_name(system.ordered, row) for row in sorted(system.ordered.invariants)),
         blocks=tuple(_block(system, torn) for torn in system.torn),
         groups=len(system.plan.groups),
+        steps=_steps(system),
         unchecked=tuple(unchecked_equations(flat)),
         system=system,
     )
@@ -99,6 +103,14 @@ def _states(system: System) -> dict[str, str]:
         role = "restricted by invariants" if pair in kept else "chosen among tied variables" if pair in tied else "free"
         reasons[name] = ", ".join(part for part in (role, _WISHES.get(leaf.declaration.select, "")) if part)
     return reasons
+
+
+def _steps(system: System) -> str:
+    """The sparse Jacobian of a step, as text."""
+    pattern = pattern_of_rates(system, (), 0) if system.mass is None else None
+    if pattern is None:
+        return ""
+    return f"sparse, {len(pattern.rows)} entries in {pattern.n_colours} colours; elimination fills in {pattern.fill_in}"
 
 
 def _dummies(system: System) -> list[str]:
@@ -146,6 +158,8 @@ def _lines(report: Structure) -> list[str]:
         if simultaneous
         else f"{len(report.blocks)} blocks in {report.groups} groups, none of them simultaneous"
     )
+    if report.steps:
+        lines.append(f"Steps: {report.steps}")
     for block in simultaneous:
         if len(block.equations) == 1:
             lines.append(f"  one {block.kind} equation: {block.equations[0]}  ->  {block.unknowns[0]}")

@@ -21,6 +21,7 @@ from ..events.crossing import Found, first_crossing
 from ..events.event_history import EventHistory
 from ..events.run_events import RunEvents
 from ..setup.field import Given, vector_field
+from ..setup.pattern import jacobian_pattern
 from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
@@ -227,7 +228,7 @@ def _method(settings: Settings, sizes: StepSizes, kind: LoopKind) -> Any:
     system, solver = settings.system, settings.solver
     if isinstance(solver, AbstractRosenbrock):
         mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
-        solver = dataclasses.replace(solver, n_integrals=settings.n_extra)
+        solver = dataclasses.replace(solver, n_integrals=settings.n_extra, pattern=jacobian_pattern(settings))
         return solver if mass is None else dataclasses.replace(solver, mass=mass)
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         finder: Any = solver.root_finder

@@ -1,5 +1,6 @@
 """Rosenbrock methods for stiff ODEs and index-1 DAEs, as diffrax solvers, independent of the coefficients."""
 
+import functools as ft
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -14,6 +15,7 @@ from jaxtyping import Array, ArrayLike, Float, PyTree
 from ..._errors import ParameterError
 from ..._linear_solver import Factors, factors_of, linear_solver
 from ..._numbers import Numbers
+from ..._sparse_matrix import Pattern, SparseFactors, SparseMatrix
 
 if TYPE_CHECKING:
     from typing import ClassVar as AbstractClassVar
@@ -111,7 +113,7 @@ class Work(eqx.Module):
     ends, which are subtracted so that the correction vanishes there.
     """
 
-    factors: Factors
+    factors: Factors | SparseFactors
     at_start: State
     at_end: State
 
@@ -141,6 +143,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         `None` is ones. The tolerances belong to the controller and do not depend on it.
     - `n_integrals`: number of integrals, the last components of $y$: $f$ does not read them, and $M$ is diagonal there.
         They need neither directional derivatives nor elimination.
+    - `pattern`: the structure of $J$, if it is sparse and $M$ is diagonal without zeros; `None` for a dense one.
     - `unroll`: compile the stages one by one. The step runs slightly faster, but the vector field is compiled once per
         stage instead of twice.
     """
@@ -152,6 +155,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
     mass: State | Matrix | None = eqx.field(default=None, converter=_optional_array)
     nominal: State | None = eqx.field(default=None, converter=_optional_array)
     n_integrals: int = eqx.field(default=0, static=True)
+    pattern: Pattern | None = eqx.field(default=None, static=True)
     unroll: bool = eqx.field(default=False, static=True)
 
     def order(self, terms: Any) -> int:
@@ -198,7 +202,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def _stepped(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, rows: Rows
-    ) -> tuple[State, State, dict[str, Array], tuple[State, Factors, Stages]]:
+    ) -> tuple[State, State, dict[str, Array], tuple[State, Factors | SparseFactors, Stages]]:
         tableau, h = self.tableau, _width(t0, t1)
 
         # Diffrax integrates backwards by reversing time, which only the control of a term shows.
@@ -208,7 +212,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             return direction * terms.vf(t, y, args)
 
         f0, f_t, matrix = self._linearised(f, t0, y0, h)
-        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
+        factors = self._factors(matrix)
         solve = linear_solver(matrix, factors=factors)
 
         def stage(row: tuple, earlier: Stages) -> State:
@@ -222,16 +226,27 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         coeffs = jnp.stack([combine(row, u) for row in tableau.dense])
         return y1, combine(tableau.error, u), {"y0": y0, "y1": y1, "coeffs": coeffs}, (f0, factors, stages)
 
-    def _linearised(self, f: VectorField, t0: Numbers, y0: State, h: Numbers) -> tuple[State, State, Matrix]:
+    def _linearised(
+        self, f: VectorField, t0: Numbers, y0: State, h: Numbers
+    ) -> tuple[State, State, Matrix | SparseMatrix]:
         """f and its derivative with respect to time at the start of a step, and the matrix of the step."""
+        if self.pattern is not None:
+            f0, f_t, entries = linearise_sparse(f, t0, y0, self.pattern)
+            diagonal = self.mass_times(jnp.ones_like(y0)) / self.tableau.gamma
+            return f0, f_t, SparseMatrix(jnp.asarray(-h * entries), diagonal, self.pattern)
         f0, f_t, jacobian = linearise(f, t0, y0, len(y0) - self.n_integrals)
         return f0, f_t, self._mass_matrix(len(y0), t0) / self.tableau.gamma - h * jacobian
+
+    def _factors(self, matrix: Matrix | SparseMatrix) -> Factors | SparseFactors:
+        if isinstance(matrix, SparseMatrix):
+            return matrix.factors(self.nominal)
+        return factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
 
     def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
         """Recomputes the correction data of a step from its dense output."""
         h = _width(path.t0, path.t1)
         f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
-        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
+        factors = self._factors(matrix)
         _, rate = jax.jvp(path.evaluate, (path.t1,), (jnp.ones_like(path.t1),))
         last = h * (f(path.t1, path.y1) - self.mass_times(rate))
         ends = (self._defect_at_start(h * f0, path.y0, path.y1, path.coeffs), last)
@@ -263,13 +278,14 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         error -= jax.lax.stop_gradient(_fading(theta, AT_ONCE) * error)
         return jnp.where(jnp.all(jnp.isfinite(error)), error, 0.0)
 
-    def of_stiff(self, factors: Factors, error: State) -> State:
+    def of_stiff(self, factors: Factors | SparseFactors, error: State) -> State:
         """The stiff part of an error."""
-        for _ in range(FILTERS):
-            error = error - self._slow(factors, error)
-        return error
+        filtered = lambda _, error: error - self._slow(factors, error)  # noqa: E731
+        if isinstance(factors, SparseFactors):
+            return jax.lax.fori_loop(0, FILTERS, filtered, error)
+        return ft.reduce(lambda error, pass_: filtered(pass_, error), range(FILTERS), error)
 
-    def _slow(self, factors: Factors, error: State) -> State:
+    def _slow(self, factors: Factors | SparseFactors, error: State) -> State:
         """The non-stiff part of an error."""
         return factors.solve(self.mass_times(error)) / self.tableau.gamma
 
@@ -341,3 +357,17 @@ def linearise(f: VectorField, t: Numbers, y: State, n_read: int) -> tuple[State,
 
     f0, columns = jax.vmap(directional, out_axes=(None, -1))(_unit_vectors(1 + n_read, t))
     return f0, columns[:, 0], jnp.pad(columns[:, 1:], ((0, 0), (0, unread)))
+
+
+def linearise_sparse(f: VectorField, t: Numbers, y: State, pattern: Pattern) -> tuple[State, State, Array]:
+    r"""$f$, $\partial f/\partial t$, and the entries of $\partial f/\partial y$ in a pattern, from one batch of
+    directional derivatives: with respect to time, and along the sum of the columns of each colour.
+    """
+
+    def directional(direction: tuple[Array, Array]) -> tuple[State, State]:
+        return jax.jvp(f, (t, y), direction)
+
+    seeds = np.concatenate([np.zeros((1, pattern.n)), pattern.seeds])
+    of_time = np.eye(1, len(seeds))[0]
+    f0, along = jax.vmap(directional, out_axes=(None, -1))((jnp.asarray(of_time), jnp.asarray(seeds)))
+    return f0, along[:, 0], along[pattern.rows, 1 + pattern.colours[pattern.columns]]

@@ -1,0 +1,232 @@
+"""Sparse matrices with a fixed structure, and their factors by elimination in a fixed order."""
+
+import dataclasses
+from collections.abc import Callable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jax import lax
+from jax.custom_batching import custom_vmap
+from jaxtyping import Array, Float, UInt32
+
+from ._sparse_order import Structure, column_colours, least_degree
+
+ACCURATE = 1e-8  # relative backward error above which elimination without pivoting has failed
+
+_Vector = Float[Array, " n"]
+_Index = UInt32[np.ndarray, " k"]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Elimination:
+    """The order in which a sparse matrix is eliminated, as tables of positions among its entries and the fill-in.
+
+    The diagonal comes first, by row. Entry `lower[i]` is in row `below[i]` and column `beside[i]`, and `upper[i]` is
+    its mirror image. In sequence, `updated[i] -= left[i] * right[i] / pivot[i]` turns the entries into those of the
+    factors.
+    """
+
+    given: _Index  # of each entry of the matrix
+    size: int
+    below: _Index
+    beside: _Index
+    lower: _Index
+    upper: _Index
+    updated: _Index
+    left: _Index
+    right: _Index
+    pivot: _Index
+
+    @property
+    def work(self) -> int:
+        """The number of multiplications of a factorisation."""
+        return len(self.updated)
+
+    @property
+    def work_of_solve(self) -> int:
+        """The number of multiplications of one solution."""
+        return 2 * len(self.lower)
+
+
+def elimination_of(structure: Structure, most: float) -> Elimination | None:
+    """The elimination of a sparse matrix; None if it takes more than `most` multiplications."""
+    order = least_degree(structure, most)
+    if order is None:
+        return None
+    place = {(row, row): row for row in range(len(structure.indptr) - 1)}
+
+    def at(row: int, column: int) -> int:
+        return place.setdefault((row, column), len(place))
+
+    entries = structure.tocoo()
+    given = [at(*pair) for pair in zip(entries.row.tolist(), entries.col.tolist(), strict=True)]
+    pairs = [(row, k, at(row, k), at(k, row)) for k, rows in order for row in rows]
+    updates = [(at(row, column), at(row, k), at(k, column), k) for k, rows in order for row in rows for column in rows]
+    return Elimination(
+        np.array(given, np.uint32),
+        len(place),
+        *np.array(pairs, np.uint32).reshape(-1, 4).T,
+        *np.array(updates, np.uint32).reshape(-1, 4).T,
+    )
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Pattern:
+    """The structure of a sparse Jacobian: the row and column of each entry, the colour of each column, and the order in
+    which the matrix of a step is eliminated.
+    """
+
+    rows: np.ndarray
+    columns: np.ndarray
+    colours: np.ndarray
+    elimination: Elimination
+
+    @property
+    def n(self) -> int:
+        return len(self.colours)
+
+    @property
+    def n_colours(self) -> int:
+        return int(np.max(self.colours, initial=-1)) + 1
+
+    @property
+    def fill_in(self) -> int:
+        """The number of entries that elimination adds to the given ones and to the diagonal."""
+        return self.elimination.size - self.n - int(np.sum(self.rows != self.columns))
+
+    @property
+    def seeds(self) -> np.ndarray:
+        """[colours, n], the sum of the unit vectors of each colour."""
+        return (np.arange(self.n_colours)[:, None] == self.colours).astype(float)
+
+
+def pattern_of(structure: Structure, most: float) -> Pattern | None:
+    """The pattern of a Jacobian; None if an elimination takes more than `most` multiplications."""
+    elimination = elimination_of(structure, most)
+    if elimination is None:
+        return None
+    entries = structure.tocoo()
+    return Pattern(entries.row, entries.col, column_colours(structure), elimination)
+
+
+class SparseMatrix(eqx.Module):
+    """A matrix with `entries` at the places of a pattern, plus a diagonal."""
+
+    entries: Float[Array, " k"]
+    diagonal: _Vector
+    pattern: Pattern = eqx.field(static=True)
+
+    def __matmul__(self, x: _Vector) -> _Vector:
+        pattern = self.pattern
+        return (self.diagonal * x).at[pattern.rows].add(self.entries * x[pattern.columns])
+
+    def factors(self, nominal: _Vector | None = None) -> "SparseFactors":
+        """The factors of the matrix, without derivatives.
+
+        Pivots lie on the diagonal. This is safe if the symmetric part of the matrix is positive definite in some
+        scaling, as for a step of a passive system, and for each short step. Factors that do not solve the system for a
+        vector of `nominal` size are replaced by NaN, which rejects the step.
+        """
+        of, matrix = self.pattern.elimination, lax.stop_gradient(self)
+        x = _batched(of, _eliminated)(matrix.entries, matrix.diagonal)
+        inverse = 1.0 / x[: self.pattern.n]
+        found = SparseFactors(matrix, x[of.lower] * inverse[of.beside], inverse, x[of.upper] * inverse[of.beside])
+        is_accurate = found.is_accurate(jnp.ones(self.pattern.n) if nominal is None else nominal)
+        return dataclasses.replace(found, inverse=jnp.where(is_accurate, inverse, jnp.nan))
+
+
+class SparseFactors(eqx.Module):
+    """The factors of a sparse matrix, L D U with ones on the diagonals of L and U, and the inverse of D. Solves are not
+    differentiated with respect to them.
+    """
+
+    matrix: SparseMatrix
+    lower: Float[Array, " k"]
+    inverse: _Vector
+    upper: Float[Array, " k"]
+
+    def solve(self, b: _Vector) -> _Vector:
+        """The solution for one right-hand side."""
+        return lax.custom_linear_solve(
+            lambda x: self.matrix @ x, b, lambda _, b: self.substituted(b), lambda _, b: self.substituted_transposed(b)
+        )
+
+    def substituted(self, b: _Vector) -> _Vector:
+        """The same without derivatives."""
+        return _batched(self.matrix.pattern.elimination, _substituted)(self.lower, self.inverse, self.upper, b)
+
+    def substituted_transposed(self, b: _Vector) -> _Vector:
+        """The same with the transposed matrix."""
+        return _batched(self.matrix.pattern.elimination, _substituted)(self.upper, self.inverse, self.lower, b)
+
+    def is_accurate(self, x: _Vector) -> Array:
+        """Whether the solution with the right-hand side of `x` is `x`, except for rounding."""
+        matrix = self.matrix
+        sizes = SparseMatrix(jnp.abs(matrix.entries), jnp.abs(matrix.diagonal), matrix.pattern)
+        b = matrix @ x
+        x = self.substituted(b)
+        return jnp.all(jnp.abs(matrix @ x - b) <= ACCURATE * (sizes @ jnp.abs(x) + jnp.abs(b)))
+
+
+# Loops over tables compile in constant time, and as one function each. A trailing axis is a batch, whose members lie
+# side by side in memory.
+
+
+def _eliminated(of: Elimination, entries: Array, diagonal: Array) -> Array:
+    """All entries of the factors L D, D and D U, from those of the matrix and what is added to its diagonal."""
+    x = jnp.zeros((of.size, *entries.shape[1:])).at[: len(diagonal)].set(diagonal).at[of.given].add(entries)
+    updates = [jnp.asarray(table) for table in (of.updated, of.left, of.right, of.pivot)]
+
+    def update(i: Array, x: Array) -> Array:
+        own, left, right, pivot = (_at(table, i) for table in updates)
+        return _put(x, _at(x, own) - _at(x, left) * _at(x, right) / _at(x, pivot), own)
+
+    return _loop(len(of.updated), update, x)
+
+
+def _substituted(of: Elimination, first: Array, inverse: Array, last: Array, b: Array) -> Array:
+    """The solution with a lower triangle, a diagonal and an upper triangle."""
+    n = len(of.below)
+    below, beside = jnp.asarray(of.below), jnp.asarray(of.beside)
+
+    def forward(i: Array, x: Array) -> Array:
+        row = _at(below, i)
+        return _put(x, _at(x, row) - _at(first, i) * _at(x, _at(beside, i)), row)
+
+    def backward(i: Array, x: Array) -> Array:
+        i = np.uint32(n - 1) - i
+        row = _at(beside, i)
+        return _put(x, _at(x, row) - _at(last, i) * _at(x, _at(below, i)), row)
+
+    return _loop(n, backward, inverse * _loop(n, forward, b))
+
+
+def _loop(count: int, body: Callable[[Array, Array], Array], x: Array) -> Array:
+    return lax.fori_loop(np.uint32(0), np.uint32(count), body, x) if count else x
+
+
+def _at(x: Array, i: Array) -> Array:
+    return lax.dynamic_index_in_dim(x, i, 0, keepdims=False)
+
+
+def _put(x: Array, value: Array, i: Array) -> Array:
+    return lax.dynamic_update_index_in_dim(x, value, i, 0)
+
+
+def _batched(of: Elimination, function: Callable[..., Array]) -> Callable[..., Array]:
+    """A function of arrays whose batches lie along a trailing axis."""
+
+    @custom_vmap
+    def alone(*arrays: Array) -> Array:
+        return function(of, *arrays)
+
+    @alone.def_vmap
+    def many(size: int, batched: list[bool], *arrays: Array) -> tuple[Array, bool]:
+        moved = [
+            jnp.moveaxis(array, 0, -1) if own else jnp.broadcast_to(array[..., None], (*array.shape, size))
+            for array, own in zip(arrays, batched, strict=True)
+        ]
+        return jnp.moveaxis(function(of, *moved), -1, 0), True
+
+    return alone
