@@ -19,7 +19,7 @@ _Index = UInt32[np.ndarray, " k"]
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Elimination:
+class EliminationOrder:
     """The order in which a sparse matrix is eliminated, as tables of positions among its entries and the fill-in.
 
     The diagonal comes first, by row. Entry `lower[i]` is in row `below[i]` and column `beside[i]`, and `upper[i]` is
@@ -49,7 +49,7 @@ class Elimination:
         return 2 * len(self.lower)
 
 
-def elimination_of(structure: Structure, most: float) -> Elimination | None:
+def elimination_of(structure: Structure, most: float) -> EliminationOrder | None:
     """The elimination of a sparse matrix; None if it takes more than `most` multiplications."""
     order = least_degree(structure, most)
     if order is None:
@@ -63,7 +63,7 @@ def elimination_of(structure: Structure, most: float) -> Elimination | None:
     given = [at(*pair) for pair in zip(entries.row.tolist(), entries.col.tolist(), strict=True)]
     pairs = [(row, k, at(row, k), at(k, row)) for k, rows in order for row in rows]
     updates = [(at(row, column), at(row, k), at(k, column), k) for k, rows in order for row in rows for column in rows]
-    return Elimination(
+    return EliminationOrder(
         np.array(given, np.uint32),
         len(place),
         *np.array(pairs, np.uint32).reshape(-1, 4).T,
@@ -80,7 +80,7 @@ class Pattern:
     rows: np.ndarray
     columns: np.ndarray
     colours: np.ndarray
-    elimination: Elimination
+    elimination: EliminationOrder
 
     @property
     def n(self) -> int:
@@ -173,7 +173,7 @@ class SparseFactors(eqx.Module):
 # side by side in memory.
 
 
-def _eliminated(of: Elimination, entries: Array, diagonal: Array) -> Array:
+def _eliminated(of: EliminationOrder, entries: Array, diagonal: Array) -> Array:
     """All entries of the factors L D, D and D U, from those of the matrix and what is added to its diagonal."""
     x = jnp.zeros((of.size, *entries.shape[1:])).at[: len(diagonal)].set(diagonal).at[of.given].add(entries)
     updates = [jnp.asarray(table) for table in (of.updated, of.left, of.right, of.pivot)]
@@ -185,7 +185,7 @@ def _eliminated(of: Elimination, entries: Array, diagonal: Array) -> Array:
     return _loop(len(of.updated), update, x)
 
 
-def _substituted(of: Elimination, first: Array, inverse: Array, last: Array, b: Array) -> Array:
+def _substituted(of: EliminationOrder, first: Array, inverse: Array, last: Array, b: Array) -> Array:
     """The solution with a lower triangle, a diagonal and an upper triangle."""
     n = len(of.below)
     below, beside = jnp.asarray(of.below), jnp.asarray(of.beside)
@@ -214,7 +214,7 @@ def _put(x: Array, value: Array, i: Array) -> Array:
     return lax.dynamic_update_index_in_dim(x, value, i, 0)
 
 
-def _batched(of: Elimination, function: Callable[..., Array]) -> Callable[..., Array]:
+def _batched(of: EliminationOrder, function: Callable[..., Array]) -> Callable[..., Array]:
     """A function of arrays whose batches lie along a trailing axis."""
 
     @custom_vmap

@@ -17,14 +17,14 @@ def dependence(plan: Plan, pairs: Sequence[Pair]) -> Structure:
     A block depends on all that it reads, so a block of array variables hides which of their elements depend on which.
     """
     n = int(plan.starts[-1])
-    known: dict[int, Structure] = {0: sparse.csr_array(sparse.eye_array(n)).astype(np.int8)}
+    known: dict[int, Structure] = {0: sparse.csr_array(sparse.eye_array(n)).astype(np.int32)}
     for group in plan.needed({plan.places[pair].segment for pair in pairs}):
         read = _read(group, known, n)
         for i, shape in enumerate(group.program.shapes):
             size = int(np.prod(shape))
             known[group.first_segment + i] = read[np.repeat(np.arange(len(group.uses)), size)] if size != 1 else read
     if not pairs:
-        return sparse.csr_array((0, n), dtype=np.int8)
+        return sparse.csr_array((0, n), dtype=np.int32)
     rows = [known[plan.places[pair].segment][plan.elements(pair)] for pair in pairs]
     return sparse.csr_array(sparse.vstack(rows))
 
@@ -32,13 +32,13 @@ def dependence(plan: Plan, pairs: Sequence[Pair]) -> Structure:
 def _read(group: Group, known: dict[int, Structure], n: int) -> Structure:
     """The states that each member of a group depends on."""
     count = len(group.uses)
-    total = sparse.csr_array((count, n), dtype=np.int8)
+    total = sparse.csr_array((count, n), dtype=np.int32)
     for read in group.reads:
-        source = sparse.vstack([known[segment] for segment in read.segments], format="csr")
+        source = sparse.csr_array(sparse.vstack([known[segment] for segment in read.segments]))
         elements = read.elements.reshape(count, -1)
         member = np.repeat(np.arange(count), elements.shape[1])
         chosen = sparse.csr_array(
-            (np.ones(len(member), np.int8), (member, elements.ravel())), (count, len(source.indptr) - 1)
+            (np.ones(len(member), np.int32), (member, elements.ravel())), (count, len(source.indptr) - 1)
         )
         total = total + chosen @ source
         total.data[:] = 1

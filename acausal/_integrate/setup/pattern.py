@@ -32,7 +32,7 @@ def pattern_of_rates(system: System, read: tuple[Pair, ...], n_integrals: int) -
     structure = dependence(system.plan, system.rates)
     if n_integrals:
         row = sparse.csr_array(dependence(system.plan, read).sum(axis=0)[None] > 0)
-        structure = sparse.vstack([structure, *([row] * n_integrals)], format="csr")
+        structure = sparse.csr_array(sparse.vstack([structure, *([row] * n_integrals)]))
     n = len(structure.indptr) - 1
     structure = sparse.csr_array((structure.data, structure.indices, structure.indptr), (n, n), dtype=bool)
     dense = n**3 + SOLVES * n**2
