@@ -17,7 +17,8 @@ def dependence(plan: Plan, pairs: Sequence[Pair]) -> Structure:
     A block depends on all that it reads, so a block of array variables hides which of their elements depend on which.
     """
     n = int(plan.starts[-1])
-    known: dict[int, Structure] = {0: sparse.csr_array(sparse.eye_array(n)).astype(np.int32)}
+    every = np.arange(n)
+    known: dict[int, Structure] = {0: sparse.csr_array((np.ones(n, np.int32), (every, every)), (n, n))}
     for group in plan.needed({plan.places[pair].segment for pair in pairs}):
         read = _read(group, known, n)
         for i, shape in enumerate(group.program.shapes):
