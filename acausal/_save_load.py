@@ -17,7 +17,7 @@ import numpy as np
 
 from ._declare.by_name import Parameters, parameters
 from ._declare.component import Component
-from ._errors import ModelError, listed
+from ._errors import ArgumentError, ModelError, listed
 
 ABOUT, DATA = "about.json", "data.pickle"
 # Errors of `zipfile` for damaged files.
@@ -38,6 +38,8 @@ def save(file: str | os.PathLike[str], item: object) -> None:
     Raises `ModelError` for an item that cannot be stored, such as a traced value or an instance of a class that a
     function defines.
     """
+    if not isinstance(file, str | os.PathLike):
+        raise ArgumentError(f"save(file, item) takes the path of a file first, got {file!r}.")
     try:
         data = pickle.dumps(item)
     except (pickle.PicklingError, AttributeError, TypeError, RecursionError, jax.errors.JAXTypeError) as error:

@@ -11,7 +11,7 @@ from jax.tree_util import PyTreeDef
 from .._numbers import Numbers
 from .annotations import Declaration
 from .fields import copied, dynamic_fields, join
-from .node import Node, leaves_of
+from .node import Node, check_is_node, leaves_of
 
 T = TypeVar("T")
 
@@ -64,6 +64,7 @@ class Layout:
 
 def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     """All leaves of a model, with None for missing start values, and their layout."""
+    check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
     return layout.spread(given), layout

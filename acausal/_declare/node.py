@@ -290,8 +290,16 @@ class Leaf(NamedTuple):
     sizes: tuple[int, ...] | None
 
 
+def check_is_node(model: object) -> None:
+    """Raise `ModelError` for a model that is not a component, a port or a record, such as a class or a solution."""
+    if not isinstance(model, Node):
+        remedy = f"create one, as in {model.__name__}(...)" if isinstance(model, type) else "pass a model"
+        raise ModelError(f"{model!r} is not a component: {remedy}.")
+
+
 def leaves_of(node: Node, path: str = "") -> Iterator[Leaf]:
     """Every leaf below `node`, in pytree order."""
+    check_is_node(node)
     for name, declaration in dynamic_fields(type(node)):
         value = getattr(node, name)
         if declaration is not None:

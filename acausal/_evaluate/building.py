@@ -11,6 +11,7 @@ from jax.tree_util import PyTreeDef
 
 from .._declare.component import Component
 from .._declare.layout import complete, layout_of, rebuilt
+from .._declare.node import check_is_node
 from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
 from .._made_once import made_once
@@ -52,6 +53,7 @@ def build(model: Component, values: Callable[[Merged, Reduced], np.ndarray] | No
 
 def system_of(model: Component) -> System:
     """The system of a model, from its structure alone; cached."""
+    check_is_node(model)
     leaves, structure = jax.tree_util.tree_flatten(model)
     return system_of_leaves(structure, leaves)
 

@@ -13,7 +13,7 @@ from jaxtyping import ArrayLike, PyTree
 from .._declare.annotations import Scalar
 from .._declare.component import Component
 from .._declare.layout import Layout, layout_of
-from .._declare.node import Node
+from .._declare.node import Node, check_is_node
 from .._declare.past import past_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
@@ -117,8 +117,7 @@ def simulate(
     model = model if nominal is None else sized(model, nominal)
     throw, energy = flag(throw, "throw") and not is_trial(), flag(energy, "energy")
     progress = None if progress is None else flag(progress, "progress")
-    if not isinstance(model, Component):
-        raise ModelError(f"{model!r} is not a component: pass a model to simulate.")
+    check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
     given = [_as_number(leaf) for leaf in given]
     if system is None:

@@ -11,7 +11,7 @@ from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.layout import complete
-from .._declare.node import Node, Port, leaves_of, resolved_sizes
+from .._declare.node import Node, Port, check_is_node, leaves_of, resolved_sizes
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
 from .connections import Joints
@@ -29,6 +29,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     Raises `ModelError` for a leaf of the wrong shape, a connection between unlike ports, or an open port that needs
     a connection.
     """
+    check_is_node(model)
     model = complete(model)
     walker = _Walker(split, says_sizes(model))
     walker.visit(model, "", ())

@@ -10,7 +10,7 @@ import numpy as np
 from .._declare.component import Component
 from .._declare.fields import join
 from .._declare.layout import complete_leaves, with_leaves
-from .._declare.node import nodes_of
+from .._declare.node import check_is_node, nodes_of
 from .._declare.past import past_of
 from .._declare.requirements import broken
 from .._errors import ModelError, SimulationError, collecting
@@ -51,6 +51,7 @@ def check(model: Component) -> Check:
 
     Steps that need a correct earlier one are skipped, and the summary says so.
     """
+    check_is_node(model)
     problems = [*_declared(model), *_parameters(model)]
     if problems:
         return Check(tuple(problems), "The structure was not analysed: correct these first.")

@@ -10,7 +10,26 @@ import numpy as np
 import pytest
 from _models import rc
 
-from acausal import Component, Connections, ModelError, ParameterError, Result, Scalar, connect, quantity, simulate
+from acausal import (
+    Component,
+    Connections,
+    ModelError,
+    ParameterError,
+    Result,
+    Scalar,
+    check,
+    choose_states,
+    connect,
+    initialise,
+    linearise,
+    parameters,
+    quantity,
+    replace,
+    simulate,
+    structure,
+)
+from acausal.design import free_parameters
+from acausal.testing import check_component
 from components.translational import HardStop, Mass, Spring
 
 NAN, INF = float("nan"), float("inf")
@@ -110,9 +129,26 @@ def test_a_model_of_real_numbers_is_needed(value: Scalar) -> None:
         simulate(model, 1.0)
 
 
-def test_a_model_is_needed() -> None:
-    with pytest.raises(ModelError, match="is not a component"):
-        simulate(3.0, 1.0)  # pyright: ignore[reportArgumentType]
+USES: dict[str, Callable[[Any], object]] = {
+    "simulate": lambda model: simulate(model, 1.0),
+    "initialise": initialise,
+    "linearise": linearise,
+    "replace": lambda model: replace(model, {"c.C": 1.0}),
+    "parameters": parameters,
+    "structure": structure,
+    "check": check,
+    "choose_states": choose_states,
+    "free_parameters": lambda model: free_parameters(model, {"c.C": (1e-3, 2e-3)}),
+    "check_component": check_component,
+}
+
+
+@pytest.mark.parametrize("use", USES)
+@pytest.mark.parametrize("wrong", [3.0, None, type(rc())])
+def test_a_model_is_needed(use: str, wrong: object) -> None:
+    """A number is none, and neither is a class."""
+    with pytest.raises(ModelError, match=r"is not a component: (pass a model|create one, as in RC)"):
+        USES[use](wrong)
 
 
 class Swinging(Component):

@@ -17,8 +17,13 @@ import pytest
 from _models import rc
 
 import acausal
-from acausal import ModelError, about, load, parameters, save, simulate
+from acausal import ArgumentError, ModelError, about, load, parameters, save, simulate
 from acausal._save_load import ABOUT, DATA
+
+
+def test_the_file_comes_first(tmp_path: Path) -> None:
+    with pytest.raises(ArgumentError, match="takes the path of a file first"):
+        save(rc(), tmp_path / "model")  # pyright: ignore[reportArgumentType]
 
 
 def test_solution(tmp_path: Path) -> None:

@@ -10,8 +10,20 @@ import numpy as np
 import pytest
 from _models import rc
 
+from acausal import (
+    ArgumentError,
+    Component,
+    Connections,
+    ModelError,
+    ParameterError,
+    Solution,
+    UnknownNameError,
+    connect,
+    quantity,
+    repeat,
+    simulate,
+)
 from acausal import Array as Parts
-from acausal import Component, Connections, ModelError, Solution, UnknownNameError, connect, repeat, simulate
 from components.rotational import Inertia, Spring
 
 mpl.use("Agg")
@@ -100,6 +112,19 @@ def test_unknown_name(charge: Solution, name: str, hint: str) -> None:
         charge[name]
     with pytest.raises(KeyError):
         charge[name]
+
+
+@pytest.mark.parametrize("name", [0, None, ("c", "v")])
+def test_a_solution_is_read_by_path(charge: Solution, name: Any) -> None:
+    with pytest.raises(ArgumentError, match=r"read by path, as in sol\['source\.v'\]"):
+        charge[name]
+
+
+@pytest.mark.parametrize("t", ["0.1", None, 1j])
+def test_a_time_is_a_number(charge: Solution, t: Any) -> None:
+    with pytest.raises(ParameterError, match="t must be a real number or an array of them"):
+        charge.at(t)
+    np.testing.assert_array_equal(charge.at(quantity(100.0, "ms")).c.v, charge.at(0.1).c.v)
 
 
 def test_unknown_attribute(charge: Solution) -> None:

@@ -17,8 +17,9 @@ from jaxtyping import PyTree
 from ..._declare.array import deepened
 from ..._declare.by_name import parameters
 from ..._declare.component import Component
+from ..._declare.converters import as_parameter
 from ..._declare.tree import as_html, as_text, branch
-from ..._errors import ModelError, UnknownNameError, listed, suggestion
+from ..._errors import ArgumentError, ModelError, UnknownNameError, listed, suggestion
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._extras import DataFrame, Dataset, Panels
@@ -144,7 +145,8 @@ class Solution(eqx.Module, Generic[M]):
         Raises `ModelError`, or `RuntimeError` under `jit`, for a time outside the run, or outside a run of a batch.
         """
         record = self._dense("value at a time")
-        reading, batch, t = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1), jnp.asarray(t, float)
+        reading, batch = Reading(self.system, self._solver, self._layout), jnp.shape(self.t1)
+        t = as_parameter(t, unit="s", where="t")
 
         def read(record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:
             times, are_outside = within_run(forward * jnp.ravel(t), record)
@@ -310,6 +312,8 @@ class Solution(eqx.Module, Generic[M]):
     def _place(self, name: str) -> tuple[int, int]:
         """The leaf of a name, and the index of its stacked member."""
         names = self.system.flat.leaf_names
+        if not isinstance(name, str):
+            raise ArgumentError(f"A solution is read by path, as in sol[{next(iter(names))!r}], got sol[{name!r}].")
         where = names.get(name)
         if where is None:
             hint = suggestion(name, names)
