@@ -1,4 +1,4 @@
-"""Which states each value depends on, from the plan of its computation."""
+"""The states on which each value depends, from the plan of its computation."""
 
 from collections.abc import Sequence
 

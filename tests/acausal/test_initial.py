@@ -118,6 +118,6 @@ class Pair(Component):
 
 
 def test_what_depends_on_states_moves_before_they_do() -> None:
-    """Of a given sum, each state takes half of what is lacking; the difference follows, however far it moves."""
+    """Each state takes half of the missing part of a given sum. The difference follows, however far it moves."""
     start = simulate(Pair(total=1.0), 0.1, save="dense").at(0.0)
     np.testing.assert_allclose(jnp.stack([start.x, start.y, start.apart]), [0.85, 0.15, 0.7], rtol=1e-3)
