@@ -74,16 +74,29 @@ def optimise(
     Raises `ModelError` for an invalid problem, `ParameterError` for bounds, units and starts, and `SimulationError` if
     no design between the bounds can be computed.
     """
-    began = time.perf_counter()
     objective, *more = objectives_of(minimise)
     if more:
         raise ModelError("optimise minimises one function; pareto takes two.")
     problem = DesignProblem.of(model, free, [objective], run, constraints, scenarios)
-    problem.evaluator.watch = ProgressReport(problem.evaluator, progress)
     one_of(method, "method", METHODS)
-    places = starts_of(problem.free, model, start)
+    return best_design(problem, start, count(starts, "starts"), method, most, sensitivities, progress)
+
+
+def best_design(
+    problem: DesignProblem,
+    start: object,
+    starts: int,
+    method: Method = "SLSQP",
+    most: int = 200,
+    sensitivities: bool = True,
+    progress: bool | None = None,
+) -> Design[Any]:
+    """The best certified design of the searches from all starts; the arguments are those of `optimise`."""
+    began, before = time.perf_counter(), problem.evaluator.evaluations
+    problem.evaluator.watch = ProgressReport(problem.evaluator, progress)
+    places = starts_of(problem.free, problem.model, start)
     task = problem.task(places[0])
-    number = max(count(starts, "starts"), len(places))
+    number = max(starts, len(places))
     found = search_all(task, places, number, method, count(most, "most"), progress, problem.objective)
     designs = sorted((certified(problem, outcome) for outcome in found), key=_rank)
     best = designs[0]
@@ -92,7 +105,7 @@ def optimise(
     return dataclasses.replace(
         best,
         others=tuple(designs[1:]),
-        total_evaluations=task.evaluator.evaluations,
+        total_evaluations=task.evaluator.evaluations - before,
         total_seconds=time.perf_counter() - began,
         seconds_evaluating=task.evaluator.seconds,
     )

@@ -1,0 +1,70 @@
+"""Charts of curves as specifications of Vega-Lite, which a browser draws."""
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..._integrate.results.columns import Column
+from .explored import Explored
+
+HEIGHT = 150  # of a panel, in pixels
+
+
+class Chart:
+    """A chart that a notebook shows."""
+
+    def __init__(self, specification: dict[str, Any]) -> None:
+        self.specification = specification
+
+    def _mime_(self) -> tuple[str, str]:
+        """The protocol of marimo."""
+        return "application/vnd.vegalite.v5+json", json.dumps(self.specification)
+
+
+def charts(now: Explored[Any], start: Explored[Any]) -> list[Chart]:
+    """The curves of a design over those of the start, a chart for each unit."""
+    pairs = [(now, "now"), (start, "start")]
+    found = [(explored, design, column) for explored, design in pairs for column in explored.columns]
+    units = list(dict.fromkeys(column.unit for _, _, column in found))
+    end = max((float(np.asarray(explored.solution.ts)[-1]) for explored, _ in pairs if explored.solution), default=0.0)
+    return [
+        _chart(unit, [row for one, design, column in found if column.unit == unit for row in _rows(one, design, column)], end)
+        for unit in units
+    ]
+
+
+def _rows(explored: Explored[Any], design: str, column: Column) -> Iterator[dict[str, Any]]:
+    """The points of a curve; an array variable has one curve for each element."""
+    assert explored.solution is not None
+    times = np.asarray(explored.solution.ts).tolist()
+    for place in np.ndindex(column.values.shape[1:]):
+        name = column.label + (f"[{', '.join(map(str, place))}]" if place else "")
+        for i, value in enumerate(column.values[(slice(None), *place)].tolist()):
+            yield {"time": times[i], "value": value, "curve": name, "design": design, "order": i}
+
+
+def _chart(unit: str, rows: Sequence[dict[str, Any]], end: float) -> Chart:
+    names = list(dict.fromkeys(row["curve"] for row in rows))
+    title = f"{names[0]} [{unit}]" if len(names) == 1 and unit else unit and f"[{unit}]" or names[0]
+    return Chart(
+        {
+            "$schema": "https://vega.github.io/schema/vega-lite/v5.json",
+            "width": "container", "height": HEIGHT, "data": {"values": list(rows)}, "mark": {"type": "line"},
+            "encoding": {
+                "x": {"field": "time", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0, end]}},
+                "y": {"field": "value", "type": "quantitative", "title": title, "axis": {"minExtent": 45}},
+                "color": {"field": "curve", "type": "nominal", "title": None, "legend": None if len(names) == 1 else {}},
+                "strokeDash": {
+                    "field": "design", "type": "nominal", "title": None,
+                    "scale": {"domain": ["now", "start"], "range": [[1, 0], [4, 4]]},
+                },
+                "opacity": {
+                    "field": "design", "type": "nominal", "legend": None,
+                    "scale": {"domain": ["now", "start"], "range": [1.0, 0.4]},
+                },
+                "order": {"field": "order"},
+            },
+        }
+    )  # fmt: skip

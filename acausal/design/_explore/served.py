@@ -1,0 +1,71 @@
+"""The app of explorers, served by marimo from this process."""
+
+import dataclasses
+import html
+import socket
+import threading
+import urllib.parse
+import webbrowser
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..._errors import ModelError
+from ..._extras import needed
+
+if TYPE_CHECKING:
+    from .explorer import Explorer
+
+HOST = "127.0.0.1"
+NOTEBOOK = Path(__file__).with_name("app.py")
+# What the app offers, by name. The app runs in a thread of this process.
+offered: dict[str, Callable[[], "Explorer[Any]"]] = {}
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class App:
+    """A running app; a notebook shows it in its page. It ends with the process, or by `close`."""
+
+    url: str
+    _server: Any
+    _thread: threading.Thread
+
+    def wait(self) -> None:
+        """Waits until the server ends."""
+        self._thread.join()
+
+    def close(self) -> None:
+        """Ends the server."""
+        self._server.should_exit = True
+        self._thread.join()
+
+    def __repr__(self) -> str:
+        return f"<App at {self.url}>"
+
+    def _repr_html_(self) -> str:
+        return f'<iframe src="{html.escape(self.url)}" style="width:100%;height:900px;border:0"></iframe>'
+
+
+def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int, browser: bool) -> App:
+    """Serves explorers by name, each made when it is first chosen; the page opens with the first one.
+
+    Raises `ModelError` if marimo is missing or the port is in use.
+    """
+    marimo = needed("marimo", "explore", "The app")
+    uvicorn = needed("uvicorn", "explore", "The app")
+    place = socket.socket()
+    place.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    try:
+        place.bind((HOST, port))
+    except OSError as error:
+        raise ModelError(f"Port {port} cannot be used: {error.strerror}. Pass another, or 0 for a free one.") from error
+    place.listen()
+    offered.update(choices)
+    app = marimo.create_asgi_app(quiet=True).with_app(path="/", root=str(NOTEBOOK)).build()
+    server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
+    thread = threading.Thread(target=server.run, args=([place],), daemon=True)
+    thread.start()
+    url = f"http://{HOST}:{place.getsockname()[1]}/?{urllib.parse.urlencode({'design': next(iter(choices))})}"
+    if browser:
+        webbrowser.open(url)
+    return App(url, server, thread)
