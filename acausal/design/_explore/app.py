@@ -8,13 +8,10 @@ app = marimo.App(width="full", app_title="Explore a design")
 def _():
     import marimo as mo
 
-    from acausal import AcausalError
-    from acausal.design._explore.charts import charts
-    from acausal.design._explore.html import table
+    from acausal.design._explore import face
     from acausal.design._explore.served import offered
-    from acausal.design._explore.sliders import positions
 
-    return AcausalError, charts, mo, offered, positions, table
+    return face, mo, offered
 
 
 @app.cell
@@ -29,30 +26,17 @@ def _(mo, model, offered):
     with mo.status.spinner(f"Compiling {model.value} ..."):
         explorer = offered[model.value]()
         start = explorer.at()
-    result = mo.ui.dropdown([one.name for one in explorer.objectives], value=explorer.objectives[0].name, label="Result")
+    result = mo.ui.dropdown([one.name for one in explorer.objectives], explorer.objectives[0].name, label="Result")
+    energy = mo.ui.switch(label="Energy by component")
     get_values, set_values = mo.state(start.values)
     get_verdict, set_verdict = mo.state("")
-    return explorer, get_values, get_verdict, result, set_values, set_verdict, start
+    return energy, explorer, get_values, get_verdict, result, set_values, set_verdict, start
 
 
 @app.cell
-def _(explorer, get_values, mo, positions):
-    free = explorer.free
-    places = positions(free, free.changed(free.values(explorer.problem.model), get_values()))
-    at = [get_values()[name] for name in free.names]
-    sliders = mo.ui.array(
-        [
-            mo.ui.slider(
-                steps=list(place),
-                value=next(shown for shown, value in place.items() if value == here),
-                label=variable.scale.headed(variable.name),
-                show_value=True,
-                full_width=True,
-            )
-            for variable, place, here in zip(free.variables, places, at, strict=True)
-        ]
-    )
-    return places, sliders
+def _(explorer, face, get_values, mo):
+    sliders = mo.ui.array(face.sliders(explorer.free, get_values()))
+    return (sliders,)
 
 
 @app.cell
@@ -63,22 +47,18 @@ def _(mo, result):
 
 
 @app.cell
-def _(explorer, places, sliders):
-    chosen = [place[shown] for place, shown in zip(places, sliders.value, strict=True)]
-    now = explorer.at(dict(zip(explorer.free.names, chosen, strict=True)))
+def _(explorer, face, get_values, sliders):
+    now = explorer.at(face.chosen(explorer.free, get_values(), sliders.value))
     return (now,)
 
 
 @app.cell
-def _(AcausalError, back, best, explorer, mo, now, result, set_values, set_verdict, start):
+def _(back, best, explorer, face, mo, now, result, set_values, set_verdict, start):
     if best.value:
         with mo.status.spinner("Searching ..."):
-            try:
-                design = explorer.optimum(now.values, result.value)
-                set_values(design.values)
-                set_verdict(str(design))
-            except AcausalError as error:
-                set_verdict(str(error))
+            values, verdict = face.optimum(explorer, now, result.value)
+        set_values(values)
+        set_verdict(verdict)
     if back.value:
         set_values(start.values)
         set_verdict("")
@@ -86,33 +66,11 @@ def _(AcausalError, back, best, explorer, mo, now, result, set_values, set_verdi
 
 
 @app.cell
-def _(back, best, charts, get_verdict, mo, model, now, result, sliders, start, table):
-    def picture(kind):
-        import io
-
-        content = io.BytesIO()
-        now.figure().savefig(content, format=kind)
-        return content.getvalue()
-
-    inputs = []
-    for i, slider in enumerate(sliders):
-        inputs.append(slider)
-    gradient = mo.Html(table(("parameter", "value", "one unit more", "1 % more"), now.gradient_rows(result.value))) if now.results else mo.md("")
-    left = mo.vstack([model, result, *inputs, gradient, mo.hstack([best, back], justify="start")])
-    downloads = mo.hstack(
-        [
-            mo.download(now.to_json, "design.json", "application/json", label="Design (JSON)"),
-            mo.download(lambda: picture("png"), "curves.png", "image/png", label="Curves (PNG)"),
-            mo.download(lambda: picture("svg"), "curves.svg", "image/svg+xml", label="Curves (SVG)"),
-        ],
-        justify="start",
-        wrap=True,
-    )
-    found = mo.Html(table(("result", "value", "limit", "margin", ""), now.result_rows(), now.broken))
-    said = mo.callout(now.message, kind="danger") if now.message else mo.md("")
-    verdict = mo.md(f"```text\n{get_verdict()}\n```") if get_verdict() else mo.md("")
-    right = mo.vstack([said, found, *charts(now, start), verdict, downloads])
-    mo.hstack([left, right], widths=[1, 2], wrap=True, align="start")
+def _(back, best, energy, face, get_verdict, mo, model, now, result, sliders, start):
+    buttons = mo.hstack([best, back], justify="start", wrap=True)
+    left = mo.vstack([model, result, *face.inputs(now, sliders, result.value), buttons])
+    right = mo.vstack([*face.outputs(now, start), energy, face.energy(now, energy.value), face.text(get_verdict())])
+    face.columns(left, mo.vstack([right, face.downloads(now)]))
     return
 
 

@@ -10,6 +10,7 @@ from ..._integrate.results.columns import Column
 from .explored import Explored
 
 HEIGHT = 150  # of a panel, in pixels
+IS_START = "datum.design === 'start'"
 
 
 class Chart:
@@ -20,17 +21,21 @@ class Chart:
 
     def _mime_(self) -> tuple[str, str]:
         """The protocol of marimo."""
-        return "application/vnd.vegalite.v5+json", json.dumps(self.specification)
+        return "application/vnd.vegalite.v6+json", json.dumps(self.specification)
 
 
 def charts(now: Explored[Any], start: Explored[Any]) -> list[Chart]:
-    """The curves of a design over those of the start, a chart for each unit."""
-    pairs = [(now, "now"), (start, "start")]
+    """The curves of a design over those of the start, which are dashed; a chart for each unit."""
+    pairs = [(start, "start"), (now, "now")]
     found = [(explored, design, column) for explored, design in pairs for column in explored.columns]
     units = list(dict.fromkeys(column.unit for _, _, column in found))
     end = max((float(np.asarray(explored.solution.ts)[-1]) for explored, _ in pairs if explored.solution), default=0.0)
     return [
-        _chart(unit, [row for one, design, column in found if column.unit == unit for row in _rows(one, design, column)], end)
+        _chart(
+            unit,
+            [row for one, design, column in found if column.unit == unit for row in _rows(one, design, column)],
+            end,
+        )
         for unit in units
     ]
 
@@ -47,23 +52,30 @@ def _rows(explored: Explored[Any], design: str, column: Column) -> Iterator[dict
 
 def _chart(unit: str, rows: Sequence[dict[str, Any]], end: float) -> Chart:
     names = list(dict.fromkeys(row["curve"] for row in rows))
-    title = f"{names[0]} [{unit}]" if len(names) == 1 and unit else unit and f"[{unit}]" or names[0]
+    head = f"{names[0]} " if len(names) == 1 else ""
+    colour = {
+        "field": "curve",
+        "type": "nominal",
+        "title": None,
+        "legend": {"orient": "top"} if len(names) > 1 else None,
+    }
+    dash = {"condition": {"test": IS_START, "value": [4, 4]}, "value": [1, 0]}
     return Chart(
         {
-            "$schema": "https://vega.github.io/schema/vega-lite/v5.json",
+            "$schema": "https://vega.github.io/schema/vega-lite/v6.json",
             "width": "container", "height": HEIGHT, "data": {"values": list(rows)}, "mark": {"type": "line"},
             "encoding": {
-                "x": {"field": "time", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0, end]}},
-                "y": {"field": "value", "type": "quantitative", "title": title, "axis": {"minExtent": 45}},
-                "color": {"field": "curve", "type": "nominal", "title": None, "legend": None if len(names) == 1 else {}},
-                "strokeDash": {
-                    "field": "design", "type": "nominal", "title": None,
-                    "scale": {"domain": ["now", "start"], "range": [[1, 0], [4, 4]]},
+                "x": {
+                    "field": "time", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0.0, end]},
+                    "axis": {"tickCount": 6},
                 },
-                "opacity": {
-                    "field": "design", "type": "nominal", "legend": None,
-                    "scale": {"domain": ["now", "start"], "range": [1.0, 0.4]},
+                "y": {
+                    "field": "value", "type": "quantitative", "title": f"{head}[{unit}]" if unit else head,
+                    "axis": {"minExtent": 45, "tickCount": 5},
                 },
+                "color": {"condition": {"test": IS_START, "value": "#9a9a9a"}, **colour},
+                "strokeDash": dash,
+                "detail": {"field": "design"},
                 "order": {"field": "order"},
             },
         }

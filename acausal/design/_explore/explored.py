@@ -93,7 +93,9 @@ class Explored(Generic[M]):
     def figure(self) -> Figure:
         """Draws the curves, one panel for each unit; returns a matplotlib figure that pyplot does not know."""
         count = max(len({column.unit for column in self.columns}), 1)
-        figure = needed("matplotlib.figure", "explore", "A picture").Figure((7.0, 1.0 + 1.7 * count), layout="constrained")
+        figure = needed("matplotlib.figure", "explore", "A picture").Figure(
+            (7.0, 1.0 + 1.7 * count), layout="constrained"
+        )
         if self.solution is not None and self._curves:
             panels = np.ravel(figure.subplots(count, 1, sharex=True))
             self.solution.plot(*self._curves, units=self._units, axes=panels)
@@ -109,7 +111,12 @@ class Explored(Generic[M]):
         """Rows of a table of the gradient of a result: parameter, value, change per unit and per one per cent."""
         result = self[name]
         return [
-            (variable.name, variable.text(x), f"{result.per_unit(i, variable):+.4g}", f"{result.per_percent(i, x):+.4g}")
+            (
+                variable.name,
+                variable.text(x),
+                f"{result.per_unit(i, variable):+.4g}",
+                f"{result.per_percent(i, x):+.4g}",
+            )
             for i, (variable, x) in enumerate(zip(self.free.variables, self.x.tolist(), strict=True))
         ]
 

@@ -61,7 +61,7 @@ def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int, br
         raise ModelError(f"Port {port} cannot be used: {error.strerror}. Pass another, or 0 for a free one.") from error
     place.listen()
     offered.update(choices)
-    app = marimo.create_asgi_app(quiet=True).with_app(path="/", root=str(NOTEBOOK)).build()
+    app = marimo.create_asgi_app(quiet=True, show_tracebacks=True).with_app(path="/", root=str(NOTEBOOK)).build()
     server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
     thread = threading.Thread(target=server.run, args=([place],), daemon=True)
     thread.start()

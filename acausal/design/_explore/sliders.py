@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._problem.free import Free, FloatVector
+from .._problem.free import FloatVector, Free
 
 COUNT = 101  # positions between the bounds
 
