@@ -14,6 +14,7 @@ from . import (
     concepts,
     control,
     design,
+    explore,
     hold,
     identify,
     optimise,
@@ -48,12 +49,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Run the study of the command line."""
     parser = _parser()
     given = parser.parse_args(arguments)
+    if given.run is explore.main:
+        _explore(parser, given)
+        return
     own = _own(given)
     if own is None:
         given.run(json=given.json, out=given.out, rtol=given.rtol)
         return
     try:
         optimise.own(task(**own), json=given.json, out=given.out, rtol=given.rtol)
+    except AcausalError as error:
+        parser.error(str(error))
+
+
+def _explore(parser: argparse.ArgumentParser, given: argparse.Namespace) -> None:
+    """Serves the app."""
+    try:
+        explore.main(given.name, given.port, given.browser)
     except AcausalError as error:
         parser.error(str(error))
 
@@ -85,7 +97,18 @@ def _parser() -> argparse.ArgumentParser:
         command.set_defaults(run=study.main)
         if study is optimise:
             _add_own(command)
+    _add_explore(commands.add_parser("explore", help="move sliders in a browser", description=explore.__doc__))
     return parser
+
+
+def _add_explore(command: argparse.ArgumentParser) -> None:
+    """Adds the options of the app."""
+    command.add_argument(
+        "name", nargs="?", metavar="MODEL", help=f"{', '.join(explore.ACTUATORS)}, FILE.toml as of optimise, or FILE.py"
+    )
+    command.add_argument("--port", type=int, default=0, help="port of the server on this machine (default: a free one)")
+    command.add_argument("--no-browser", dest="browser", action="store_false", help="print the address only")
+    command.set_defaults(run=explore.main)
 
 
 def _add_own(command: argparse.ArgumentParser) -> None:

@@ -1,7 +1,7 @@
 """Design with models: certified optima, identification, optimal control, sweeps, choices, tolerances, training.
 
 Each room imports only from those before it: `_problem`, `_certificate`, `_compute`, `_sensitivity`, `_optimise`,
-`_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`, `_train`.
+`_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`, `_train`, `_explore`.
 """
 
 from .._units.display import Scale
@@ -11,6 +11,10 @@ from ._choose.choice import Choice
 from ._choose.choose import choose
 from ._control.control import control
 from ._control.course import Course
+from ._explore.explore import explore
+from ._explore.explored import Explored, ExploredResult
+from ._explore.explorer import Explorer
+from ._explore.served import App, serve
 from ._identify.estimate import Channel, Combination, End
 from ._identify.experiment import Experiment, Run
 from ._identify.fit import Fit
@@ -41,6 +45,7 @@ from ._train.train import Training, train
 __all__ = [
     "Active",
     "Alternatives",
+    "App",
     "CatalogueVariables",
     "Cause",
     "Channel",
@@ -52,6 +57,9 @@ __all__ = [
     "DesignSpace",
     "End",
     "Experiment",
+    "Explored",
+    "ExploredResult",
+    "Explorer",
     "Fit",
     "Free",
     "Front",
@@ -85,12 +93,14 @@ __all__ = [
     "Yield",
     "choose",
     "control",
+    "explore",
     "free_parameters",
     "identify",
     "optimise",
     "pareto",
     "percentile_of",
     "sensitivities",
+    "serve",
     "sweep",
     "train",
 ]

@@ -24,6 +24,7 @@ from ._designs import ehs_sticking as ehs_sticking
 from ._designs import ema_fise as ema_fise
 from ._designs import ema_maxon as ema_maxon
 from ._designs import sila as sila
+from ._exploring import explorer as explorer
 from ._holding import CLOSING_TIME as CLOSING_TIME
 from ._holding import COIL as COIL
 from ._holding import LEAKAGE as LEAKAGE

@@ -18,7 +18,7 @@ ROOMS = {
     "acausal._integrate": ("solvers", "setup", "programs", "step", "events", "loop", "start", "results"),
     "acausal.design": (
         *("_problem", "_certificate", "_compute", "_sensitivity", "_optimise"),
-        *("_identify", "_control", "_sweep", "_choose", "_tolerance", "_train"),
+        *("_identify", "_control", "_sweep", "_choose", "_tolerance", "_train", "_explore"),
     ),
 }
 MODULES = {

@@ -40,6 +40,12 @@ def _(explorer, face, get_values, mo):
 
 
 @app.cell
+def _(explorer, mo):
+    varied = mo.ui.array([mo.ui.checkbox(name not in explorer.held, label="vary") for name in explorer.free.names])
+    return (varied,)
+
+
+@app.cell
 def _(mo, result):
     best = mo.ui.run_button(label=f"Minimise {result.value} from here")
     back = mo.ui.run_button(label="Back to the start")
@@ -53,10 +59,10 @@ def _(explorer, face, get_values, sliders):
 
 
 @app.cell
-def _(back, best, explorer, face, mo, now, result, set_values, set_verdict, start):
+def _(back, best, explorer, face, mo, now, result, set_values, set_verdict, start, varied):
     if best.value:
         with mo.status.spinner("Searching ..."):
-            values, verdict = face.optimum(explorer, now, result.value)
+            values, verdict = face.optimum(explorer, now, result.value, varied.value)
         set_values(values)
         set_verdict(verdict)
     if back.value:
@@ -66,9 +72,9 @@ def _(back, best, explorer, face, mo, now, result, set_values, set_verdict, star
 
 
 @app.cell
-def _(back, best, energy, face, get_verdict, mo, model, now, result, sliders, start):
+def _(back, best, energy, face, get_verdict, mo, model, now, result, sliders, start, varied):
     buttons = mo.hstack([best, back], justify="start", wrap=True)
-    left = mo.vstack([model, result, *face.inputs(now, sliders, result.value), buttons])
+    left = mo.vstack([model, result, *face.inputs(now, sliders, varied, result.value), buttons])
     right = mo.vstack([*face.outputs(now, start), energy, face.energy(now, energy.value), face.text(get_verdict())])
     face.columns(left, mo.vstack([right, face.downloads(now)]))
     return

@@ -41,13 +41,13 @@ def charts(now: Explored[Any], start: Explored[Any]) -> list[Chart]:
 
 
 def _rows(explored: Explored[Any], design: str, column: Column) -> Iterator[dict[str, Any]]:
-    """The points of a curve; an array variable has one curve for each element."""
+    """The points of a curve in order; an array variable has one curve for each element."""
     assert explored.solution is not None
     times = np.asarray(explored.solution.ts).tolist()
     for place in np.ndindex(column.values.shape[1:]):
         name = column.label + (f"[{', '.join(map(str, place))}]" if place else "")
-        for i, value in enumerate(column.values[(slice(None), *place)].tolist()):
-            yield {"time": times[i], "value": value, "curve": name, "design": design, "order": i}
+        for time, value in zip(times, column.values[(slice(None), *place)].tolist(), strict=True):
+            yield {"t": time, "y": value, "curve": name, "design": design}
 
 
 def _chart(unit: str, rows: Sequence[dict[str, Any]], end: float) -> Chart:
@@ -66,17 +66,17 @@ def _chart(unit: str, rows: Sequence[dict[str, Any]], end: float) -> Chart:
             "width": "container", "height": HEIGHT, "data": {"values": list(rows)}, "mark": {"type": "line"},
             "encoding": {
                 "x": {
-                    "field": "time", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0.0, end]},
+                    "field": "t", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0.0, end]},
                     "axis": {"tickCount": 6},
                 },
                 "y": {
-                    "field": "value", "type": "quantitative", "title": f"{head}[{unit}]" if unit else head,
+                    "field": "y", "type": "quantitative", "title": f"{head}[{unit}]" if unit else head,
                     "axis": {"minExtent": 45, "tickCount": 5},
                 },
                 "color": {"condition": {"test": IS_START, "value": "#9a9a9a"}, **colour},
                 "strokeDash": dash,
                 "detail": {"field": "design"},
-                "order": {"field": "order"},
+                "order": {"value": None},
             },
         }
     )  # fmt: skip

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import TypeVar
 
 from ..._declare.component import Component
-from ..._errors import ModelError, ParameterError
+from ..._errors import ModelError, ParameterError, suggestion
 from ..._integrate.results.columns import Item
 from .._optimise.design_problem import DesignProblem
 from .._problem.limits import objectives_of
@@ -23,6 +23,7 @@ def explore(
     constraints: Mapping[str, object] | None = None,
     curves: Sequence[Item] = (),
     units: Sequence[str] = (),
+    held: Sequence[str] = (),
 ) -> Explorer[M]:
     """Explores a model with sliders: results, limits, gradients and curves at any values of its free parameters.
 
@@ -42,6 +43,8 @@ def explore(
     - `constraints`: a function and its limit by name, as in `optimise`.
     - `curves` and `units`: items and units of the curves, as in `Solution.plot`.
 
+    - `held`: names of free parameters that the search for an optimum keeps, unless the app or the call frees them.
+
     Raises `ModelError` for an invalid problem, and `ParameterError` for bounds, units and starts.
     """
     if curves and run is None:
@@ -52,4 +55,7 @@ def explore(
     for variable in problem.free.variables:
         if variable.is_open:
             raise ParameterError(f"{variable.name}: a slider needs a lower and an upper bound, such as (2.0, 20.0).")
-    return Explorer(problem, objectives, run, tuple(curves), units)
+    for name in held:
+        if name not in problem.free.names:
+            raise ModelError(f"held: {name!r} is not a free parameter.{suggestion(name, problem.free.names)}")
+    return Explorer(problem, objectives, run, tuple(curves), units, tuple(held))

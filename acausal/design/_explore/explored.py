@@ -1,6 +1,7 @@
 """The results of a model at some values of its free parameters, with limits, gradients and curves."""
 
 import dataclasses
+import functools as ft
 import json
 from collections.abc import Iterator, Sequence
 from typing import Any, Generic, NamedTuple, TypeVar
@@ -85,7 +86,7 @@ class Explored(Generic[M]):
     def __getitem__(self, name: str) -> ExploredResult:
         return {one.name: one for one in self.results}[name]
 
-    @property
+    @ft.cached_property
     def columns(self) -> list[Column]:
         """The curves over `solution.ts`."""
         return columns(self.solution, self._curves, self._units) if self.solution is not None and self._curves else []

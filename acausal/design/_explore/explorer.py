@@ -17,6 +17,7 @@ from .._problem.free import Free
 from .._problem.limits import Objective
 from .explored import Explored, ExploredResult
 from .html import table
+from .part_evaluator import PartEvaluator
 from .served import App, serve
 
 M = TypeVar("M", bound=Component, covariant=True)
@@ -35,6 +36,7 @@ class Explorer(Generic[M]):
     run: Run | None
     curves: tuple[Item, ...]
     units: Sequence[str]
+    held: tuple[str, ...]
 
     @property
     def name(self) -> str:
@@ -85,19 +87,30 @@ class Explorer(Generic[M]):
             raise ModelError(f"Curves need a run that returns a solution; it returned a {type(found).__name__}.")
         return None
 
-    def optimum(self, values: Mapping[str, object] | None = None, minimise: str = "") -> Design[M]:
-        """The design that minimises a result within the limits, from a start, with its certificate.
+    def optimum(
+        self, values: Mapping[str, object] | None = None, minimise: str = "", varied: Sequence[str] | None = None
+    ) -> Design[M]:
+        """The design that minimises a result within the limits, with its certificate.
 
-        The result is the first one, unless `minimise` names another. The search uses the compiled program of `at`.
+        The search starts from the values and varies the parameters named in `varied`, by default all except those held.
+        It minimises the first result, unless `minimise` names another, with the compiled program of `at`.
 
-        Raises `ModelError` for an unknown result, and `SimulationError` if no design can be computed.
+        Raises `ModelError` for an unknown name, and `SimulationError` if no design can be computed.
         """
+        problem, free = self.problem, self.free
         objectives = {one.name: one for one in self.objectives}
         name = minimise or self.objectives[0].name
         if name not in objectives:
             raise ModelError(f"There is no result {name!r} to minimise.{suggestion(name, objectives)}")
-        problem = dataclasses.replace(self.problem, objective=objectives[name])
-        return best_design(problem, dict(values or {}), 1, sensitivities=False, progress=False)
+        varied = [one for one in free.names if one not in self.held] if varied is None else list(varied)
+        if unknown := set(varied) - set(free.names):
+            raise ModelError(f"{min(unknown)!r} is not a free parameter.{suggestion(min(unknown), free.names)}")
+        if not varied:
+            raise ModelError("The search varies no parameter: choose at least one.")
+        model = free.with_values(problem.model, free.changed(free.values(problem.model), values or {}))
+        part = PartEvaluator(problem.evaluator, model, varied)
+        problem = DesignProblem(model, part.free, objectives[name], problem.limits, part)
+        return best_design(problem, None, 1, sensitivities=False, progress=False)
 
     def app(self, *, port: int = 0, browser: bool = True) -> App:
         """Opens the sliders in a browser; needs marimo. A notebook shows them in its page.

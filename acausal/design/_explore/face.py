@@ -34,30 +34,34 @@ def chosen(free: Free, values: Mapping[str, float], shown: Sequence[float]) -> d
     return {name: those[one] for name, those, one in zip(free.names, places, shown, strict=True)}
 
 
-def optimum(explorer: Explorer[Any], now: Explored[Any], result: str) -> tuple[dict[str, float], str]:
+def optimum(
+    explorer: Explorer[Any], now: Explored[Any], result: str, varied: Sequence[bool]
+) -> tuple[dict[str, float], str]:
     """The values of the optimum and its certificate; if there is none, the present values and the reason."""
+    names = [name for name, is_varied in zip(explorer.free.names, varied, strict=True) if is_varied]
     try:
-        design = explorer.optimum(now.values, result)
+        design = explorer.optimum(now.values, result, names)
     except AcausalError as error:
         return now.values, str(error)
-    return design.values, str(design)
+    return now.values | design.values, str(design)
 
 
-def inputs(now: Explored[Any], widgets: Any, result: str) -> list[Any]:
-    """The sliders, each with the gradient of a result."""
-    if not now.results:
-        return list(widgets)
-    unit, rows = now[result].scale.text, now.gradient_rows(result)
+def inputs(now: Explored[Any], sliders: Any, varied: Any, result: str) -> list[Any]:
+    """The sliders, each with the gradient of a result and the choice whether the search varies it."""
+    unit, rows = "", []
+    if now.results:
+        unit, rows = now[result].scale.text, now.gradient_rows(result)
     found: list[Any] = []
-    for widget, variable, (_, _, per_unit, per_percent) in zip(widgets, now.free.variables, rows, strict=True):
-        said = f"+1{variable.scale.text}: {per_unit}{unit}; +1 %: {per_percent}{unit}"
-        found += [widget, mo.Html(f'<small style="color:#555">{escape(said)}</small>')]
+    for i, (slider, choice, variable) in enumerate(zip(sliders, varied, now.free.variables, strict=True)):
+        said = f"+1{variable.scale.text}: {rows[i][2]}{unit}; +1 %: {rows[i][3]}{unit}" if rows else ""
+        note = mo.Html(f'<small style="color:#555">{escape(said)}</small>')
+        found += [slider, mo.hstack([note, choice], justify="space-between")]
     return found
 
 
 def outputs(now: Explored[Any], start: Explored[Any]) -> list[Any]:
     """The message of a failure, the results with those of the start, and the curves over those of the start."""
-    found = [mo.callout(now.message, kind="danger")] if now.message else []
+    found: list[Any] = [mo.callout(now.message, kind="danger")] if now.message else []
     if now.results:
         before = {one.name: one.text for one in start.results}
         rows = [(name, value, before.get(name, ""), *rest) for name, value, *rest in now.result_rows()]
