@@ -46,10 +46,11 @@ def _(explorer, mo):
 
 
 @app.cell
-def _(mo, result):
-    best = mo.ui.run_button(label=f"Minimise {result.value} from here")
-    back = mo.ui.run_button(label="Back to the start")
-    return back, best
+def _(mo):
+    best = mo.ui.button(value=0, on_click=lambda clicks: clicks + 1, label="Minimise the result from here")
+    back = mo.ui.button(value=0, on_click=lambda clicks: clicks + 1, label="Back to the start")
+    handled = {"best": 0, "back": 0}  # clicks; a search moves the sliders, which runs its cell again
+    return back, best, handled
 
 
 @app.cell
@@ -59,13 +60,15 @@ def _(explorer, face, get_values, sliders):
 
 
 @app.cell
-def _(back, best, explorer, face, mo, now, result, set_values, set_verdict, start, varied):
-    if best.value:
+def _(back, best, explorer, face, handled, mo, now, result, set_values, set_verdict, start, varied):
+    if best.value > handled["best"]:
+        handled["best"] = best.value
         with mo.status.spinner("Searching ..."):
             values, verdict = face.optimum(explorer, now, result.value, varied.value)
         set_values(values)
         set_verdict(verdict)
-    if back.value:
+    if back.value > handled["back"]:
+        handled["back"] = back.value
         set_values(start.values)
         set_verdict("")
     return
