@@ -27,7 +27,7 @@ class Chart:
 def charts(now: Explored[Any], start: Explored[Any]) -> list[Chart]:
     """The curves of a design over those of the start, which are dashed; a chart for each unit."""
     pairs = [(start, "start"), (now, "now")]
-    found = [(explored, design, column) for explored, design in pairs for column in explored.columns]
+    found = [(explored, design, column) for explored, design in pairs for column in explored._columns]
     units = list(dict.fromkeys(column.unit for _, _, column in found))
     end = max((float(np.asarray(explored.solution.ts)[-1]) for explored, _ in pairs if explored.solution), default=0.0)
     return [

@@ -87,13 +87,13 @@ class Explored(Generic[M]):
         return {one.name: one for one in self.results}[name]
 
     @ft.cached_property
-    def columns(self) -> list[Column]:
+    def _columns(self) -> list[Column]:
         """The curves over `solution.ts`."""
         return columns(self.solution, self._curves, self._units) if self.solution is not None and self._curves else []
 
     def figure(self) -> Figure:
         """Draws the curves, one panel for each unit; returns a matplotlib figure that pyplot does not know."""
-        count = max(len({column.unit for column in self.columns}), 1)
+        count = max(len({column.unit for column in self._columns}), 1)
         figure = needed("matplotlib.figure", "explore", "A picture").Figure(
             (7.0, 1.0 + 1.7 * count), layout="constrained"
         )

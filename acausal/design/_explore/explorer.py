@@ -31,7 +31,7 @@ class Explorer(Generic[M]):
     `app()` opens the sliders in a browser. A notebook shows the results at the start.
     """
 
-    problem: DesignProblem
+    _problem: DesignProblem
     objectives: tuple[Objective, ...]
     run: Run | None
     curves: tuple[Item, ...]
@@ -41,11 +41,11 @@ class Explorer(Generic[M]):
     @property
     def name(self) -> str:
         """The class of the model."""
-        return type(self.problem.model).__name__
+        return type(self._problem.model).__name__
 
     @property
     def free(self) -> Free:
-        return self.problem.free
+        return self._problem.free
 
     def at(self, values: Mapping[str, object] | None = None) -> Explored[M]:
         """The results at some values by name, as numbers in the declared units or texts such as "15 mm".
@@ -55,7 +55,7 @@ class Explorer(Generic[M]):
 
         Raises `ModelError` for an unknown name and `ParameterError` for a value outside its bounds.
         """
-        problem, free = self.problem, self.free
+        problem, free = self._problem, self.free
         x = free.changed(free.values(problem.model), values or {})
         explored = Explored[M](free, x, _curves=self.curves, _units=self.units)
         try:
@@ -97,7 +97,7 @@ class Explorer(Generic[M]):
 
         Raises `ModelError` for an unknown name, and `SimulationError` if no design can be computed.
         """
-        problem, free = self.problem, self.free
+        problem, free = self._problem, self.free
         objectives = {one.name: one for one in self.objectives}
         name = minimise or self.objectives[0].name
         if name not in objectives:
@@ -131,7 +131,7 @@ class Explorer(Generic[M]):
             parts.append(table(("result", "value", "limit", "margin", ""), explored.result_rows()))
             head = ("parameter", "value", f"one unit more: {first.name} [{unit}]", f"1 % more [{unit}]")
             parts.append(table(head, explored.gradient_rows(first.name)))
-        if explored.columns:
+        if explored._columns:
             picture = io.StringIO()
             explored.figure().savefig(picture, format="svg")
             parts.append(picture.getvalue()[picture.getvalue().index("<svg") :])

@@ -75,8 +75,9 @@ def energy(now: Explored[Any], is_wanted: bool) -> Any:
 
 
 def text(said: str) -> Any:
-    """A text with its line breaks."""
-    return mo.Html(f'<pre style="overflow-x:auto;font-size:0.8rem">{escape(said)}</pre>' if said else "")
+    """A text with its line breaks, as entities because marimo joins lines."""
+    lines = escape(said).replace("\n", "&#10;")
+    return mo.Html(f'<pre style="overflow-x:auto;font-size:0.8rem">{lines}</pre>' if said else "")
 
 
 def downloads(now: Explored[Any]) -> Any:

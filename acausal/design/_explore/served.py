@@ -46,11 +46,13 @@ class App:
         return f'<iframe src="{html.escape(self.url)}" style="width:100%;height:900px;border:0"></iframe>'
 
 
-def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int, browser: bool) -> App:
+def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int = 0, browser: bool = True) -> App:
     """Serves explorers by name, each made when it is first chosen; the page opens with the first one.
 
-    Raises `ModelError` if marimo is missing or the port is in use.
+    Raises `ModelError` if there is none, if marimo is missing, or if the port is in use.
     """
+    if not choices:
+        raise ModelError("serve needs at least one explorer by name.")
     marimo = needed("marimo", "explore", "The app")
     uvicorn = needed("uvicorn", "explore", "The app")
     place = socket.socket()
@@ -58,6 +60,7 @@ def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int, br
     try:
         place.bind((HOST, port))
     except OSError as error:
+        place.close()
         raise ModelError(f"Port {port} cannot be used: {error.strerror}. Pass another, or 0 for a free one.") from error
     place.listen()
     offered.update(choices)
