@@ -181,7 +181,7 @@ def test_page_in_a_browser(page: tuple[Page, list[str]], made: Explorer[Any]) ->
     assert float(shown.row("opening time")[1].split()[0]) == pytest.approx(1e3 * best.objective, rel=1e-4)
     shown.picture("optimum")
 
-    shown.move(0, "End")
+    shown.move(0, "Home")
     shown.move(1, "Home")
     assert "At t = 1 s: The stop condition was never met" in shown.page.inner_text("body")
     assert shown.row("opening time") == []
