@@ -183,7 +183,7 @@ def test_page_in_a_browser(page: tuple[Page, list[str]], made: Explorer[Any]) ->
 
     shown.move(0, "Home")
     shown.move(1, "Home")
-    assert "At t = 1 s: The stop condition was never met" in shown.page.inner_text("body")
+    shown.page.wait_for_selector("text=At t = 1 s: The stop condition was never met")
     assert shown.row("opening time") == []
     shown.picture("failed")
     shown.page.get_by_text("Back to the start").click()
