@@ -68,11 +68,10 @@ Errors and warnings:
 """
 
 from . import _jax_settings, _progress
+from ._analyse.eigenmodes import Modes, Shares
 from ._analyse.linear_system import LinearSystem
-from ._analyse.linearise import linearise
-from ._analyse.margins import Margins
-from ._analyse.modes import Modes, Shares
-from ._analyse.sampled import SampledWarning
+from ._analyse.linearise import SampledWarning, linearise
+from ._analyse.stability_margins import Margins
 from ._analyse.zeros import TransferFunction
 from ._declare.annotations import (
     Discrete,
@@ -102,7 +101,7 @@ from ._declare.component import Component, Connections, Energy, Equations, Event
 from ._declare.component import at as at
 from ._declare.ifelse import ifelse, segment
 from ._declare.node import Port, Record
-from ._declare.requirements import Requirements, require
+from ._declare.node_requirements import Requirements, require
 from ._declare.sizes import sized
 from ._errors import (
     AcausalError,

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Array, ArrayLike, Complex, Float
 
 from .._errors import ModelError, suggestion
-from .._extras import Axes, Panels
+from .._extras import Axes, Panels, needed
 from . import realisation, responses
-from .margins import Margins, margins
-from .modes import Modes, Shares, modes_of, poles_of
-from .point import OperatingPoint
+from .eigenmodes import Modes, Shares, modes_of, poles_of
+from .operating_point import OperatingPoint
+from .stability_margins import Margins, margins
 from .storage import energy_shares
 from .zeros import TransferFunction, dc_gain, transfer_function, transmission_zeros
 
@@ -186,28 +186,31 @@ class LinearSystem(eqx.Module):
 
     def to_control(self) -> Any:
         """A `control.StateSpace` of python-control; in names, underscores replace dots, which it does not allow."""
-        from .export import to_control
-
-        return to_control(self)
+        control = needed("control", "control", "to_control()")
+        matrices = [np.asarray(matrix) for matrix in (self.A, self.B, self.C, self.D)]
+        names = {
+            role: [name.replace(".", "_") for name in getattr(self, role)] for role in ("states", "inputs", "outputs")
+        }
+        return control.StateSpace(*matrices, **names)
 
     def plot_bode(self, w: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot gains and phases over the frequency, a column for each input; returns the matplotlib axes.
 
         `w` are angular frequencies in rad/s, by default from below the slowest to above the fastest pole or zero.
         """
-        from .plots import plot_bode
+        from .linear_plots import plot_bode
 
         return plot_bode(self, w, axes)
 
     def plot_step(self, ts: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot the step responses, a row for each unit of the outputs and a column for each input; returns the axes."""
-        from .plots import plot_step
+        from .linear_plots import plot_step
 
         return plot_step(self, ts, axes)
 
     def plot_poles(self, ax: Axes | None = None) -> Axes:
         """Plot poles (crosses) and transmission zeros (circles) in the complex plane; returns the matplotlib axes."""
-        from .plots import plot_poles
+        from .linear_plots import plot_poles
 
         return plot_poles(self, ax)
 

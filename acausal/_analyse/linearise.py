@@ -1,6 +1,7 @@
 """`linearise`: from a model at an operating point to a linear system."""
 
 import functools as ft
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -10,18 +11,16 @@ import numpy as np
 from jax import Array
 
 from .._declare.component import Component
+from .._errors import listed
 from .._evaluate.building import system_of
 from .._evaluate.system import System
 from .._integrate.setup.options import kind_of, names_of
 from .._integrate.setup.user_function import UserFunction, trace
 from .._numbers import Numbers
 from .._progress import compiling
+from .._reduce.jaxpr import slice_output
 from .linear_system import LinearSystem
-from .opened import continued, opened
-from .point import OperatingPoint, invariants_at, operating_point
-from .redundant import reduced
-from .sampled import warn_of_samples
-from .signals import (
+from .named_signals import (
     Element,
     Output,
     Signals,
@@ -32,6 +31,9 @@ from .signals import (
     state_signals,
     with_inputs,
 )
+from .opened import continued, opened
+from .operating_point import OperatingPoint, invariants_at, operating_point
+from .redundant import reduced
 
 
 def linearise(
@@ -156,3 +158,36 @@ def _matrices(
     z = jnp.concatenate([point.y, u])
     slopes = jax.jacfwd(extended)(z) if len(z) else jnp.zeros((quantity.n_outputs, 0))
     return extended(z)[:n], slopes[:n, :n], slopes[:n, n:], slopes[n:, :n], slopes[n:, n:]
+
+
+class SampledWarning(UserWarning):
+    """A linear system holds the sampled variables of a model constant."""
+
+
+def warn_of_samples(system: System) -> None:
+    """Warn of periodic events that set variables: a linear system holds these constant, as if the loops through them
+    were open.
+    """
+    labels = sampled(system)
+    if labels:
+        warnings.warn(
+            f"The linear system holds sampled variables constant, as if the loops through them were open, for "
+            f"{listed(labels)}. Remedy: replace a sampled controller by a continuous one.",
+            SampledWarning,
+            stacklevel=3,
+        )
+
+
+def sampled(system: System) -> list[str]:
+    """The labels of periodic events that set a variable from other variables."""
+    events, leaves = system.events, system.flat.leaves
+    if events is None:
+        return []
+    found, first = [], 0
+    for entry in events.entries:
+        places = range(first, first + len(entry.targets))
+        first += len(entry.targets)
+        read = {events.actions.leaves[i] for place in places for i in slice_output(events.actions.closed, place).used}
+        if entry.repeats and any(leaves[leaf].declaration.role in ("var", "flow") for leaf in read):
+            found += [entry.label(index) for index in range(entry.count)]
+    return found

@@ -12,7 +12,7 @@ from .._declare.component import Component, Connection, Connections, eq
 from .._declare.node import Port, derived, leaves_of
 from .._errors import ModelError
 from .._evaluate.building import system_of
-from .point import OperatingPoint
+from .operating_point import OperatingPoint
 
 FIELD = "_opened_"
 

@@ -10,8 +10,8 @@ from jax import Array
 from .._integrate.results.energy import stored
 from .._integrate.setup.user_function import UserFunction, trace
 from .._reduce.jaxpr import slice_output
-from .modes import Shares
-from .point import OperatingPoint, invariants_at
+from .eigenmodes import Shares
+from .operating_point import OperatingPoint, invariants_at
 from .redundant import curvature
 
 NOTHING = 1e-22  # share of the energy of other modes that counts as rounding

@@ -69,8 +69,8 @@ def _compressed(A: np.ndarray, B: np.ndarray, C: np.ndarray, D: np.ndarray) -> M
         if rank == len(C):
             break
         top, blind = C[:rank], C[rank:]
-        _, seen, V = scipy.linalg.svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
-        held = int(np.sum(seen > COUPLING))  # number of states that the other outputs fix at zero
+        _, sizes, V = scipy.linalg.svd(blind) if blind.size else (None, np.zeros(0), np.eye(len(A)))
+        held = int(np.sum(sizes > COUPLING))  # number of states that the other outputs fix at zero
         if held == 0:
             return A, B, top, D
         # The last coordinates are fixed; their rates become outputs.

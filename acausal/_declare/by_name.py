@@ -14,7 +14,7 @@ from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
 from .layout import rebuilt
 from .node import Node, leaves_of
-from .requirements import broken, out_of_range
+from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
 M = TypeVar("M", bound=Component)

@@ -21,16 +21,14 @@ def class_text(cls: Any) -> str:
     """The docstring of a class with tables of its parameters, ports and variables."""
     if "_partial" not in vars(cls):
         return " "  # dataclasses would replace an empty text by the signature
-    from .class_card import card_of
-    from .class_pages import as_text
+    from .class_card import as_text, card_of
 
     return as_text(card_of(cls))
 
 
 def class_html(cls: Any) -> str:
     """The same for a notebook."""
-    from .class_card import card_of
-    from .class_pages import as_html
+    from .class_card import as_html, card_of
 
     return as_html(card_of(cls))
 

@@ -19,7 +19,7 @@ from .arguments import check_arguments, known_here
 from .class_help import OwnText, attributes, class_text, html_method, plain_signature
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
-from .requirements import Requirements, broken
+from .node_requirements import Requirements, broken
 
 
 def _own_annotations(namespace: dict[str, Any]) -> dict[str, Any]:

@@ -40,7 +40,7 @@ class Known:
                 return Affine()
 
 
-def run(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
+def evaluate_block(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
     """The unknowns of a block: steps first, then tearing variables. A nonlinear solve starts from `guesses`, [tries,
     ...].
 

@@ -29,7 +29,7 @@ from .._reduce.stated import templates
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
 from .._reduce.traced import is_reversible
-from .._unit_check.check import check_units
+from .._unit_check.model_units import check_units
 from .plan import Plan
 from .program import program_of
 from .system import System

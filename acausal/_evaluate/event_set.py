@@ -15,7 +15,7 @@ from .._indices import unsigned
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
 from .._reduce.flat_model import indexed
-from .._reduce.instants import Instants
+from .._reduce.jaxpr_instants import Instants
 from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
 EventKind = Literal["when", "at", "refuse", "hold"]
@@ -80,8 +80,8 @@ class Function:
 class EventSet:
     """The events of a model: entries in sequence, each with its members.
 
-    - `margins`: for each relation in the conditions of the entries, a number that is positive if it is true. `sizes`:
-      magnitudes of the terms of the difference.
+    - `indicators`: for each relation in the conditions of the entries, a number that is positive if it is true.
+      `sizes`: magnitudes of the terms of the difference.
     - `logic`: the condition of each event as an expression of relations; None for scheduled events.
     - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
@@ -89,7 +89,7 @@ class EventSet:
     """
 
     entries: tuple[EventEntry, ...]
-    margins: Function
+    indicators: Function
     sizes: Function
     logic: tuple[Expression | None, ...]
     times: Function
@@ -140,8 +140,8 @@ class EventSet:
         """The truths of the conditions for these values of all leaves, one array for each entry; false for scheduled
         ones.
         """
-        margins = [jnp.ravel(margin) for margin in self.margins([values[i] for i in self.margins.leaves])]
-        truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *margins]) > 0)
+        indicators = [jnp.ravel(margin) for margin in self.indicators([values[i] for i in self.indicators.leaves])]
+        truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *indicators]) > 0)
         return [jnp.reshape(truths[n : n + entry.count], entry.stack) for n, entry in self.numbered]
 
     def truths_of(self, values: Sequence[Numbers]) -> dict[int, jax.Array]:
@@ -160,10 +160,10 @@ class EventSet:
 
     @property
     def n_relations(self) -> int:
-        return sum(math.prod(aval.shape) for aval in self.margins.closed.out_avals)
+        return sum(math.prod(aval.shape) for aval in self.indicators.closed.out_avals)
 
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
-        functions = (self.margins, self.sizes, self.times, self.actions)
+        functions = (self.indicators, self.sizes, self.times, self.actions)
         return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))

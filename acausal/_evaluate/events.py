@@ -17,11 +17,11 @@ from .._reduce.aliases import TIME, Merged
 from .._reduce.bounds import check_bounds
 from .._reduce.connections import children
 from .._reduce.equalities import are_equalities
+from .._reduce.event_indicators import relations
 from .._reduce.flat_model import FlatModel
-from .._reduce.instants import Instants, Knowledge, instants
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
+from .._reduce.jaxpr_instants import Instants, Knowledge, instants
 from .._reduce.logic import Expression
-from .._reduce.margins import relations
 from .._reduce.stated import conditions_held
 from .._reduce.traced import check_derivatives, tracing
 from .._tracing import is_traced
@@ -69,7 +69,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
         found, logic[:] = relations(conditions, [leaves[i] for i in used])
-        return [jnp.asarray(x, float) for x in (*found.margins, *found.sizes)]
+        return [jnp.asarray(x, float) for x in (*found.indicators, *found.sizes)]
 
     both = jax.make_jaxpr(real)(*structs(shapes))
     half = len(both.out_avals) // 2

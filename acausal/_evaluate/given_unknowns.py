@@ -36,7 +36,7 @@ class GivenUnknowns:
     given: np.ndarray
     pairs: list[Pair]
 
-    def moved(self, x: Array, bad: Array) -> tuple[Array, Array]:
+    def solved(self, x: Array, bad: Array) -> tuple[Array, Array]:
         """The nearest point to x that satisfies these conditions and the constraints, and `bad` with the contradicted
         values.
 

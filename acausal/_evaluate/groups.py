@@ -12,7 +12,7 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .affine import Minus, Value, computed
-from .blocks import Known, residuals, run
+from .blocks import Known, evaluate_block, residuals
 from .packing import ModelParameters
 from .program import Program, Use
 
@@ -100,7 +100,7 @@ def outputs(group: Group, store: Segments, params: ModelParameters, starts: list
 
 
 def _run_single(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
-    return run(group.program, _known(group, store, params), [stacked[0] for stacked in starts])
+    return evaluate_block(group.program, _known(group, store, params), [stacked[0] for stacked in starts])
 
 
 def _known(group: Group, store: Segments, params: ModelParameters) -> Known:
@@ -111,7 +111,7 @@ def _known(group: Group, store: Segments, params: ModelParameters) -> Known:
 
 def _run_mapped(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
     def one(known: Known, guesses: list[Array]) -> list[Array]:
-        return [jnp.asarray(computed(value), float) for value in run(group.program, known, guesses)]
+        return [jnp.asarray(computed(value), float) for value in evaluate_block(group.program, known, guesses)]
 
     return over_members(group, store, params, one, starts)
 

@@ -29,7 +29,7 @@ class _Here(NamedTuple):
     multipliers: Array
     bend: Array
 
-    def moved(self, pull: Array, lack: Array) -> Numbers:
+    def step(self, pull: Array, lack: Array) -> Numbers:
         """The solution dx of (1 + H) dx + C^T dm = -pull and C dx = -lack."""
         onto = -(self.inverse @ lack)
         if not onto.size:  # a model without states, parameters to find and unknowns
@@ -72,7 +72,7 @@ def _tangent(
     here = _here(g, inverse, x, start, args)
     _, lack = pushed(lambda args: g(x, args), (args,), (dargs,))
     _, pull = pushed(lambda args: _pull(g, here.multipliers, x, args), (args,), (dargs,))
-    return x, here.moved(pull - array_of(dstart), lack)
+    return x, here.step(pull - array_of(dstart), lack)
 
 
 def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> Array:
@@ -82,7 +82,7 @@ def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree)
 
     def step(carry: PyTree) -> PyTree:
         count, _, x = carry
-        move = _here(g, inverse, x, start, args).moved(x - start, g(x, args))
+        move = _here(g, inverse, x, start, args).step(x - start, g(x, args))
         return count + 1, jnp.max(jnp.abs(move), initial=0.0), x + move
 
     def goes_on(carry: PyTree) -> Numbers:

@@ -59,7 +59,7 @@ def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, A
         return _with_algebraic(system, t0, y, inputs), _disagreement(system, inputs)
     x, bad = _projected(system, t0, inputs, given)
     if unknowns:
-        x, bad = GivenUnknowns(system, t0, inputs, given, unknowns).moved(x, bad)
+        x, bad = GivenUnknowns(system, t0, inputs, given, unknowns).solved(x, bad)
     return _with_algebraic(system, t0, x[system.constraints.states], inputs), bad
 
 
@@ -72,11 +72,11 @@ def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -
     def project(x: Array, _: None) -> tuple[Array, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
-    # The constraints are curved, so the first projection moves given values slightly. They are reset, and the
+    # The constraints are nonlinear, so the first projection moves given values slightly. They are reset, and the
     # second projection, which starts near a solution, keeps them.
     x = jax.lax.scan(project, x0, None, length=2)[0]
-    moved = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
-    return x, jnp.where(jnp.any(moved), moved, _disagreement(system, inputs) | ~jnp.isfinite(x))
+    missed = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
+    return x, jnp.where(jnp.any(missed), missed, _disagreement(system, inputs) | ~jnp.isfinite(x))
 
 
 def start_point(system: System, inputs: Inputs) -> Array:

@@ -13,8 +13,8 @@ from .._errors import ParameterError
 from .._numbers import Numbers
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import known
+from .model_requirements import ModelRequirements
 from .packing import ModelParameters, discrete_start, slot_values
-from .requirements import ModelRequirements
 from .starts import Inputs, Starts
 
 LARGE = 300  # number of leaves above which parameters are packed before a compiled run
@@ -106,7 +106,7 @@ class Intake:
         """A sentence for one of `bad_values`, with the numbers."""
         count = len(self.requirements.sentences)
         if index < count:
-            return self.requirements.told(index, inputs.params)
+            return self.requirements.violation(index, inputs.params)
         leaf = sorted(inputs.given)[index - count]
         return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
 

@@ -43,13 +43,13 @@ def observe_with_rates(
     wanted = {pair for item in rates.values() for pair, _ in item if pair is not None}
     states = [(variable, order + 1) for variable, order in system.states] if others else []
     store = system.evaluate(t, y, inputs, sorted({*pairs_of(system, leaves), *wanted, *states}))
-    seen = {leaf: leaf_value(system, store, leaf, t) for leaf in leaves}
-    moved = {leaf: _stacked(system, store, leaf, item, 1.0) for leaf, item in rates.items()}
+    values = {leaf: leaf_value(system, store, leaf, t) for leaf in leaves}
+    rates = {leaf: _stacked(system, store, leaf, item, 1.0) for leaf, item in rates.items()}
     if others:
         direction = (jnp.ones_like(t), system.plan.collect(store, states))
         along = jax.jvp(lambda t, y: observe(system, t, y, inputs, others), (t, y), direction)[1]
-        moved |= dict(zip(others, along, strict=True))
-    return seen, moved
+        rates |= dict(zip(others, along, strict=True))
+    return values, rates
 
 
 def _rates(system: System, leaf: int) -> list[tuple[Pair | None, int]] | None:

@@ -18,8 +18,8 @@ def read(made: tuple[Any, tuple[Any, ...]], declared: Declared) -> Any:
 
     Raises `ModelError` if they do not: the numbers stored with a system would be misinterpreted.
     """
-    make, given = made
-    system = make(*given)
+    make, arguments = made
+    system = make(*arguments)
     now = declared_by(system.flat)
     if now == declared:
         return system

@@ -21,15 +21,15 @@ from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .carried import Carried
 from .constraints import Constraints, constraints_of
+from .equation_instants import EquationInstants, equation_instants
 from .event_set import EventSet
 from .events import events_of, time_leaves
 from .groups import Group, Guess, Segments, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
-from .instants import EquationInstants, equation_instants
 from .intake import Intake
+from .model_requirements import ModelRequirements
 from .plan import Plan
 from .program import residual_program_of
-from .requirements import ModelRequirements
 from .starts import Inputs, PairStarts, Starts
 from .stored import declared_by, read
 

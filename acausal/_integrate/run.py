@@ -15,92 +15,92 @@ from .._evaluate.initial import initial_state
 from .events.run_events import RunEvents
 from .loop.carry import Carry
 from .loop.loop import StepLoop
+from .loop.loop_start import loop_start
 from .loop.not_finite import first_saved_not_finite
-from .loop.starting import begin
-from .results.ending import Integrated, Kept, ended, solution_of, with_saved
+from .results.ending import Integrated, Kept, end_run, solution_of, with_saved
 from .results.solution import Solution
 from .results.unresolved import are_blurred
-from .setup.field import Given
-from .setup.options import harmless, unmet
+from .setup.field import RunArgs
+from .setup.options import harmless, violated_demands
 from .setup.settings import RunNumbers, Settings
 from .step.adjoint import BOTH_MODES, FORWARDS, LoopKind, kind_of_loop
 from .step.derivative import differentiable
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def run(settings: Settings, given: Given) -> Solution:
+def run_traced(settings: Settings, args: RunArgs) -> Solution:
     """Integrate in one program for each `settings`. The caller adds the parameters of the model to the solution."""
-    numbers = given.numbers
-    wrong = unmet(settings.system, numbers)
-    safe = dataclasses.replace(given, numbers=harmless(numbers, jnp.any(wrong)))
+    numbers = args.numbers
+    wrong = violated_demands(settings.system, numbers)
+    safe = dataclasses.replace(args, numbers=harmless(numbers, jnp.any(wrong)))
     integrated = _both_modes(settings, safe)
     packed = _packed(settings, safe)
     saved = first_saved_not_finite(settings, packed, integrated.end)
-    ending = with_saved(settings, ended(settings, packed, integrated, wrong), saved.exists)
+    ending = with_saved(settings, end_run(settings, packed, integrated, wrong), saved.exists)
     found = solution_of(settings, packed, ending, _kept(packed, integrated.end))
     return dataclasses.replace(found, _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y))
 
 
-class Started(NamedTuple):
+class RunStart(NamedTuple):
     """The numbers of a run as its functions read them, a mask of invalid start values, the initial carry of the loop,
     and whether the run continues after its start.
     """
 
-    given: Given
+    args: RunArgs
     bad_starts: Array
     carry: Carry
     goes_on: Array
 
 
-def started(settings: Settings, given: Given, kind: LoopKind = FORWARDS) -> Started:
+def start_run(settings: Settings, args: RunArgs, kind: LoopKind = FORWARDS) -> RunStart:
     """Performs the start of a run, up to its first step."""
-    given = _packed(settings, given)
-    y0, bad_starts = initial_state(settings.system, given.numbers.t0, given.inputs)
+    args = _packed(settings, args)
+    y0, bad_starts = initial_state(settings.system, args.numbers.t0, args.inputs)
     events = _events(settings, kind)
-    given, begun = begin(settings, given, y0, events)
-    loop = StepLoop(settings, given, events, kind)
-    carry = loop.first(begun)._replace(failed=jnp.any(bad_starts))
-    return Started(given, bad_starts, carry, loop.goes_on(carry))
+    args, start = loop_start(settings, args, y0, events)
+    loop = StepLoop(settings, args, events, kind)
+    carry = loop.first(start)._replace(failed=jnp.any(bad_starts))
+    return RunStart(args, bad_starts, carry, loop.goes_on(carry))
 
 
-def advanced(settings: Settings, given: Given, carry: Carry, kind: LoopKind = FORWARDS) -> tuple[Carry, Array]:
+def advance_run(settings: Settings, args: RunArgs, carry: Carry, kind: LoopKind = FORWARDS) -> tuple[Carry, Array]:
     """Takes steps until the run ends or the record is full. Returns the carry and whether the run continues."""
-    run = StepLoop(settings, given, _events(settings, kind), kind)
+    run = StepLoop(settings, args, _events(settings, kind), kind)
     end = run.steps(carry)
     return end, run.goes_on(end)
 
 
-def without_steps(settings: Settings, begun: Started) -> Carry:
+def without_steps(settings: Settings, start: RunStart) -> Carry:
     """The end of a run that does not continue after its start."""
-    loop = StepLoop(settings, begun.given, _events(settings, FORWARDS), FORWARDS)
-    return begun.carry._replace(record=loop.no_record(begun.carry))
+    loop = StepLoop(settings, start.args, _events(settings, FORWARDS), FORWARDS)
+    return start.carry._replace(record=loop.no_record(start.carry))
 
 
-def blurred(settings: Settings, given: Given, end: Carry) -> Array:
-    """The largest unresolved crossing function of each relation; see `are_blurred`."""
-    return are_blurred(given.band, given.back, end.armed, end.farthest) if settings.has_events else jnp.zeros(0)
+def blurred(settings: Settings, args: RunArgs, end: Carry) -> Array:
+    """The largest unresolved event indicator of each relation; see `are_blurred`."""
+    return are_blurred(args.band, args.back, end.armed, end.farthest) if settings.has_events else jnp.zeros(0)
 
 
 def _events(settings: Settings, kind: LoopKind) -> RunEvents | None:
     return RunEvents(settings, settings.layout, kind.is_reversible) if settings.has_events else None
 
 
-def _packed(settings: Settings, given: Given) -> Given:
+def _packed(settings: Settings, args: RunArgs) -> RunArgs:
     """The numbers of a run as its functions read them."""
-    return dataclasses.replace(given, inputs=settings.system.intake.complete(given.inputs))
+    return dataclasses.replace(args, inputs=settings.system.intake.complete(args.inputs))
 
 
-def _integrated(settings: Settings, kind: LoopKind, given: Given) -> Integrated:
-    begun = started(settings, given, kind)
-    end, _ = advanced(settings, begun.given, begun.carry, kind)
-    return Integrated(begun.carry.y, begun.bad_starts, end, blurred(settings, begun.given, end))
+def _integrated(settings: Settings, kind: LoopKind, args: RunArgs) -> Integrated:
+    start = start_run(settings, args, kind)
+    end, _ = advance_run(settings, start.args, start.carry, kind)
+    return Integrated(start.carry.y, start.bad_starts, end, blurred(settings, start.args, end))
 
 
-def _both_modes(settings: Settings, given: Given) -> Integrated:
+def _both_modes(settings: Settings, args: RunArgs) -> Integrated:
     """Integrates the run so that the requested modes of differentiation apply; by default both."""
     if settings.adjoint is not None:
-        return _integrated(settings, kind_of_loop(settings.adjoint), given)
-    leaves, structure = jax.tree.flatten(given)
+        return _integrated(settings, kind_of_loop(settings.adjoint), args)
+    leaves, structure = jax.tree.flatten(args)
     others: list[PyTree] = []  # the static part, which does not depend on the numbers
 
     def with_loop(kind: LoopKind) -> Callable[[list[Array]], PyTree]:
@@ -111,7 +111,7 @@ def _both_modes(settings: Settings, given: Given) -> Integrated:
 
         return arrays
 
-    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, given.numbers))
+    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, args.numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
     return eqx.combine(found, *others)
 
@@ -127,7 +127,7 @@ def _saved(settings: Settings, numbers: RunNumbers) -> int:
     return points[settings.save] * settings.layout.size
 
 
-def _kept(given: Given, end: Carry) -> Kept:
+def _kept(args: RunArgs, end: Carry) -> Kept:
     """The saved values of a run, at model times."""
     ts, ys = (end.t[None], end.y[None]) if end.rows is None else (end.rows.ts, end.rows.ys)
-    return Kept((given.direction * ts, ys) if end.record is None else None, end.record, end.history)
+    return Kept((args.forward * ts, ys) if end.record is None else None, end.record, end.history)

@@ -28,8 +28,8 @@ from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
 from .results.unresolved import warn_of_unresolved
-from .run_of_known import run
-from .setup.field import Given
+from .run_of_known import run_stored
+from .setup.field import RunArgs
 from .setup.options import (
     check_known,
     count,
@@ -43,8 +43,8 @@ from .setup.options import (
 from .setup.settings import RunNumbers, Settings
 from .setup.user_function import UserFunction, as_function, trace
 from .solvers import AbstractRosenbrock, Rodas5P
+from .start.initialise import initialised_leaves
 from .start.start_search import search_start
-from .start.started import started
 
 MAX_STEPS = 4096
 MAX_EVENTS = 32
@@ -125,13 +125,13 @@ def simulate(
     kind_of(system, "system", System, "choose_states(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
-    leaves, unmet = layout.spread(given), None
-    begin = instant(t0, "t0")
+    leaves, start_failed = layout.spread(given), None
+    start_time = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")
     if system.initial_equations is not None and not resume:
         with compiling("the start", model, search_start, progress):
-            leaves, unmet = started(system, leaves, begin, past, throw=throw)
+            leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw)
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     watched, peak_constants = _traced(peaks, system, "peaks")
@@ -149,14 +149,14 @@ def simulate(
         max_steps=count(max_steps, "max_steps"),
         max_events=count(max_events, "max_events"),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
-        is_started=unmet is not None,
+        is_initialised=start_failed is not None,
         is_resumed=resume,
     )
     params = system.intake.parameters(leaves)
     handed = system.intake.handed(params, _read(settings))
     inputs = handed_inputs(system, handed, leaves)
     numbers = RunNumbers(
-        t0=begin,
+        t0=start_time,
         t1=number(t1, "t1"),
         dt0=None if dt0 is None else number(dt0, "dt0"),
         dtmin=None if dtmin is None else number(dtmin, "dtmin"),
@@ -167,12 +167,12 @@ def simulate(
         rates=rate_constants,
         peaks=peak_constants,
         stored=stored_constants,
-        unmet=unmet,
+        start_failed=start_failed,
         past=past,
     )
     check_known(system, numbers)
-    with compiling("a run", model, run, progress):
-        solution = run(settings, Given(inputs, numbers))
+    with compiling("a run", model, run_stored, progress):
+        solution = run_stored(settings, RunArgs(inputs, numbers))
     solution = dataclasses.replace(solution, _params=params.leaves)
     solution = report_failure(solution) if throw else solution
     warn_of_unresolved(solution)

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Int
 
 from .._errors import ModelError, StructureError, complain
-from .flat_model import FlatLeaf, FlatModel, Instances
-from .references import reference_of
+from .flat_model import FlatLeaf, FlatModel, Instances, reference_of
 from .stated import templates
 from .template import Template, sum_template
 

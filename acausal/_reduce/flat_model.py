@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -191,3 +191,9 @@ class FlatModel:
             own = np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements)
             rows.append(np.pad(own, ((0, 0), (0, n_truths)), constant_values=-1))
         return np.concatenate(rows)
+
+
+def reference_of(leaves: Iterable[FlatLeaf]) -> str:
+    """The components that the ports of these leaves name as their reference, such as "a Ground"."""
+    named = dict.fromkeys(leaf.port.reference for leaf in leaves if leaf.port is not None and leaf.port.reference)
+    return " or ".join(named) or "a component that fixes the across variable of one of its ports"

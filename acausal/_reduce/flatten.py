@@ -17,7 +17,7 @@ from .._errors import ModelError, ParameterError, complain
 from .connections import Joints
 from .flat_model import FlatLeaf, FlatModel, Instances, Kind
 from .held import TRUTH
-from .required import is_held_to, own_records, required
+from .kind_requirements import is_held_to, own_records, required
 from .stated import shapes_held
 
 

@@ -7,9 +7,9 @@ import numpy as np
 
 from .._errors import StructureError, complain, listed
 from .dependent import FRACTIONS, Row, dependencies
+from .flat_model import reference_of
 from .graph import inverted, match, neighbours, reach
 from .incidence import Incidence
-from .references import reference_of
 
 
 @dataclasses.dataclass

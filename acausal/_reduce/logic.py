@@ -65,11 +65,11 @@ def folded(function: Callable[..., Expression], array: np.ndarray, axes: Sequenc
 
 
 def sign_of(truths: Array) -> Array:
-    """Margins of relations whose truths alone are known."""
+    """Event indicators of relations whose truths alone are known."""
     return jnp.where(truths, 1.0, -1.0)
 
 
-def begun(now: Array, before: Array, either: Array | np.ndarray) -> Array:
+def edges(now: Array, before: Array, either: Array | np.ndarray) -> Array:
     """Conditions whose change is an event: those that become true, and those of `either` that become false."""
     return jnp.where(either, now != before, now & ~before)
 
@@ -84,8 +84,8 @@ class Circuit:
     outputs: np.ndarray
 
     def __call__(self, holds: Array, fails: Array) -> Array:
-        """Margins of the expressions from those of the relations and of their negations: the smaller one for `and`, the
-        larger one for `or`.
+        """Event indicators of the expressions from those of the relations and of their negations: the smaller one for
+        `and`, the larger one for `or`.
         """
         if not self.levels and np.array_equal(self.outputs, 1 + np.arange(len(holds))):
             return holds

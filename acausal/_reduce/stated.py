@@ -15,13 +15,12 @@ from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .bounds import check_bounds
 from .flat_model import Kind
-from .forbidden import Forbidden
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .held import Held, with_truths
 from .jaxpr import check_effects, slice_outputs, structs
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
-from .traced import check_derivatives, tracing
+from .traced import Forbidden, check_derivatives, tracing
 
 _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 

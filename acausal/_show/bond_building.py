@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .._analyse.point import operating_point
+from .._analyse.operating_point import operating_point
 from .._analyse.power_ports import Local, PowerPort, Series, power_ports
 from .._analyse.spans import SAME
 from .._analyse.two_ports import TwoPort, two_port

@@ -11,8 +11,8 @@ from .._declare.component import Component
 from .._declare.fields import join
 from .._declare.layout import complete_leaves, with_leaves
 from .._declare.node import check_is_node, nodes_of
+from .._declare.node_requirements import broken
 from .._declare.past import past_of
-from .._declare.requirements import broken
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
 from .._evaluate.diagnosis import first_not_finite
@@ -21,7 +21,7 @@ from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._indices import joined
 from .._integrate.results.failure import about_block, about_range
-from .._integrate.start.started import started
+from .._integrate.start.initialise import initialised_leaves
 from .._reduce.flatten import flatten
 from .._reduce.stated import initial_templates, templates
 from .structure import structure
@@ -94,7 +94,7 @@ def _start(system: System, model: Component) -> list[str]:
     if system.initial_equations is not None:
         leaves, _ = complete_leaves(model)
         try:
-            model = with_leaves(model, started(system, leaves, 0.0, past_of(model))[0])
+            model = with_leaves(model, initialised_leaves(system, leaves, 0.0, past_of(model))[0])
         except SimulationError as error:
             return [str(error)]
     inputs = system.pack(model)

@@ -9,7 +9,7 @@ from .._extras import Axes
 from .._integrate.setup.pattern import pattern_of_rates
 from .._reduce.aliases import TIME, ZERO
 from .._reduce.tear import Torn
-from .._unit_check.check import unchecked_equations
+from .._unit_check.model_units import unchecked_equations
 from .structure_plot import equation_name
 
 

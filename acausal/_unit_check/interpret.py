@@ -33,7 +33,7 @@ class Interpreter:
         (result,) = closed.jaxpr.outvars
         self._run(closed, inputs, lambda eqn: "equates" if eqn.outvars[0] is result else None)
 
-    def run(self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value]) -> list[Value]:
+    def interpret(self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value]) -> list[Value]:
         """The values of the outputs."""
         return self._run(closed, inputs, lambda eqn: None)
 
@@ -99,7 +99,7 @@ class Interpreter:
             return None
         jaxpr = bodies[0].jaxpr if isinstance(bodies[0], ClosedJaxpr) else bodies[0]
         fits = (len(jaxpr.invars), len(jaxpr.outvars)) == (len(values), len(eqn.outvars))
-        return self.run(bodies[0], values) if fits else None
+        return self.interpret(bodies[0], values) if fits else None
 
     def _infer(self, value: Value, dimension: Dimension | None) -> None:
         if value.leaf is not None and dimension is not None:
@@ -141,21 +141,21 @@ class Interpreter:
         return written(NUMBER if x.dimension == NUMBER else None, text)
 
     def _branches(self, branches: Sequence[ClosedJaxpr], values: list[Value]) -> list[Value]:
-        results = [self.run(branch, values) for branch in branches]
+        results = [self.interpret(branch, values) for branch in branches]
         return [self._equal("chooses between", "cond", list(column)) for column in zip(*results, strict=True)]
 
     def _while(self, eqn: JaxprEqn, values: list[Value]) -> list[Value]:
         n_test, n_body = eqn.params["cond_nconsts"], eqn.params["body_nconsts"]
         test, fixed, carry = values[:n_test], values[n_test : n_test + n_body], values[n_test + n_body :]
-        carry = self._settled(carry, lambda inner, now: inner.run(eqn.params["body_jaxpr"], [*fixed, *now]))
-        self.run(eqn.params["cond_jaxpr"], [*test, *carry])
-        return self.run(eqn.params["body_jaxpr"], [*fixed, *carry])
+        carry = self._settled(carry, lambda inner, now: inner.interpret(eqn.params["body_jaxpr"], [*fixed, *now]))
+        self.interpret(eqn.params["cond_jaxpr"], [*test, *carry])
+        return self.interpret(eqn.params["body_jaxpr"], [*fixed, *carry])
 
     def _scan(self, eqn: JaxprEqn, values: list[Value]) -> list[Value]:
         body, (n_fixed, n_carry) = eqn.params["jaxpr"], scan_counts(eqn)
         fixed, carry, rows = values[:n_fixed], values[n_fixed : n_fixed + n_carry], values[n_fixed + n_carry :]
-        carry = self._settled(carry, lambda inner, now: inner.run(body, [*fixed, *now, *rows])[:n_carry])
-        return self.run(body, [*fixed, *carry, *rows])
+        carry = self._settled(carry, lambda inner, now: inner.interpret(body, [*fixed, *now, *rows])[:n_carry])
+        return self.interpret(body, [*fixed, *carry, *rows])
 
     def _settled(self, carry: list[Value], step: Callable[["Interpreter", list[Value]], list[Value]]) -> list[Value]:
         """Carried values of a loop: one that starts at zero gets a dimension, one whose dimension changes has none."""

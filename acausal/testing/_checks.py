@@ -6,7 +6,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._reduce.flatten import flatten
-from .._unit_check.check import unit_problems
+from .._unit_check.model_units import unit_problems
 from ._equations import OpenEquations
 from ._failed import fail
 from ._gradients import gradient_problems
@@ -162,5 +162,5 @@ def _where(equations: OpenEquations, found: Points, index: int, most: int = 16) 
     params = [leaf.path for leaf in equations.flat.leaves if leaf.declaration.role == "param"]
     values = [(name, value[index]) for name, value in zip(params, found.params, strict=True) if np.ndim(value) == 1]
     values += list(zip(names(equations)[: 2 * equations.n], found.z[index].ravel(), strict=False))
-    told = [f"{name} = {value:.4g}" for name, value in values]
-    return "at " + ", ".join(told[:most]) + (", ..." if len(told) > most else "")
+    texts = [f"{name} = {value:.4g}" for name, value in values]
+    return "at " + ", ".join(texts[:most]) + (", ..." if len(texts) > most else "")

@@ -32,7 +32,7 @@ def gradient_problems(equations: OpenEquations, found: Points, seed: int) -> lis
     p_way = [_directions(value, draw) for value in all_params]
     weights = draw.normal(size=(len(z), len(equations.rows) + len(TERMS)))
     results = quick(_Derivatives(equations))(z, all_params, all_modes, z_way, p_way, weights)
-    return _told([*equations.rows, *TERMS], _Found(*(np.asarray(item) for item in results)))
+    return _compared([*equations.rows, *TERMS], _Found(*(np.asarray(item) for item in results)))
 
 
 def _directions(value: np.ndarray, draw: np.random.Generator) -> np.ndarray:
@@ -86,7 +86,7 @@ class _Derivatives:
         return _Found(value, forward, ahead - behind, of, weight * forward, jnp.concatenate(reverse))
 
 
-def _told(labels: list[str], found: _Found) -> list[str]:
+def _compared(labels: list[str], found: _Found) -> list[str]:
     """Wrong derivatives at points; the last point is that of the start values."""
     is_infinite = np.isfinite(found.value[-1]) & ~np.isfinite(found.forward[-1])
     problems = [

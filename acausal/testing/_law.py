@@ -39,8 +39,8 @@ def solved(component: Component, given: Mapping[str, object], *, sizes: float | 
     found = nearby(equations, start, fixed)
     if not found.ok.all():
         case = int(np.argmin(found.ok)) % cases
-        told = ", ".join(f"{name} = {value.ravel()[case]:g}" for name, value in zip(places, values, strict=True))
-        fail(component, [f"Its equations have no solution for {told}."])
+        texts = ", ".join(f"{name} = {value.ravel()[case]:g}" for name, value in zip(places, values, strict=True))
+        fail(component, [f"Its equations have no solution for {texts}."])
     z = found.z.reshape(GUESSES, cases, 3 * n)
     scale = np.maximum(np.tile(equations.size, 3), np.abs(z[0]))
     follows = np.all(np.ptp(z, axis=0) <= 1e-6 * scale, axis=0)

@@ -9,7 +9,7 @@ from jax import Array
 from .._declare.by_name import parameters, replace
 from .._declare.component import Component
 from .._declare.node import nodes_of
-from .._declare.requirements import broken
+from .._declare.node_requirements import broken
 from .._errors import ModelError
 from ._equations import Modes, OpenEquations, Params
 

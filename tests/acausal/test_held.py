@@ -1,4 +1,4 @@
-"""Laws in pieces whose crossing functions come to rest at zero, or are zero for a while."""
+"""Laws in pieces whose event indicators come to rest at zero, or are zero for a while."""
 
 from typing import Any, Self
 

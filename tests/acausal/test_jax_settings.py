@@ -27,8 +27,8 @@ from test_events import Ball
 from acausal import simulate
 from acausal._integrate import run
 
-whole = run.advanced
-run.advanced = lambda *args: (traced.append(1), whole(*args))[1]
+whole = run.advance_run
+run.advance_run = lambda *args: (traced.append(1), whole(*args))[1]
 
 print(jax.jit(jax.grad(lambda e: simulate(Ball(h=1.0, e=e), 2.0, save="end").final.h))(0.7))
 print(simulate(rc(), 1.0, until=lambda s: s.c.v - 2.0, save="end").t1)

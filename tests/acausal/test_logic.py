@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from acausal._reduce.event_indicators import relations
 from acausal._reduce.logic import (
     Expression,
     both,
@@ -21,7 +22,6 @@ from acausal._reduce.logic import (
     mapped,
     negation,
 )
-from acausal._reduce.margins import relations
 
 N = 4
 
@@ -66,7 +66,7 @@ def test_a_margin_has_the_sign_of_its_relation_and_a_slope(relation: Any, a: flo
 
     def margin(a: Any, b: Any) -> Any:
         found, _ = relations(jax.make_jaxpr(lambda a, b: relation(a, b))(a, b), [a, b])
-        return found.margins[0]
+        return found.indicators[0]
 
     assert (margin(jnp.asarray(a), jnp.asarray(b)) > 0.0) == relation(a, b)
     slope = 1.0 if relation in (operator.gt, operator.ge) else -1.0

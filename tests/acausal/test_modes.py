@@ -27,7 +27,7 @@ from acausal import (
     prefer,
     structure,
 )
-from acausal._analyse.modes import Shares, modes_of
+from acausal._analyse.eigenmodes import Shares, modes_of
 from acausal._analyse.redundant import curvature, reduced
 from components import translational
 from components.rotational import Flange, Inertia

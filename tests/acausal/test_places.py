@@ -26,7 +26,7 @@ def test_another_place_traces_no_equation(monkeypatch: pytest.MonkeyPatch) -> No
     model = Cooling()
     system = structure(model).system
     traced: list[Any] = []
-    run = groups.run
+    run = groups.evaluate_block
     monkeypatch.setattr(groups, "run", lambda *args: traced.append(args[0]) or run(*args))
 
     def at_two_places(k: Any, y: Any) -> Any:

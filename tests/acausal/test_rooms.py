@@ -75,4 +75,4 @@ def test_designs_import_their_pictures_late() -> None:
     for module in MODULES:
         for other, is_late in imports(module) if module.startswith("acausal.design.") else ():
             if other.startswith("acausal.design."):
-                assert is_late == other.endswith(".plots"), f"{module} imports {other}"
+                assert is_late == other.endswith("_plots"), f"{module} imports {other}"

@@ -10,7 +10,7 @@ import pytest
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, initialise, prefer, when
 from acausal import eq as equals
 from acausal._evaluate.building import system_of
-from acausal._integrate.start.modes import sets_values
+from acausal._integrate.start.start_modes import sets_values
 
 
 class Latched(Component):

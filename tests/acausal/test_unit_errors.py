@@ -28,7 +28,7 @@ from acausal import (
     structure,
 )
 from acausal._reduce.flatten import flatten
-from acausal._unit_check.check import check_units, unit_problems
+from acausal._unit_check.model_units import check_units, unit_problems
 from components import blocks, hydraulic
 from components.blocks import Gain, Input, Output, Ramp, Sum
 from components.rotational import AngleSensor, ConstantTorque, Inertia, SignalTorque, SpeedSensor, TorqueSensor

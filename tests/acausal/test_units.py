@@ -83,7 +83,7 @@ def interpreted(function: Callable[..., Any], *units: str, shape: tuple[int, ...
         for i, (name, unit) in enumerate(zip("abcdefg", units, strict=False))
     ]
     checked = Interpreter()
-    (value,) = checked.run(closed, leaves)
+    (value,) = checked.interpret(closed, leaves)
     return value, checked.problems
 
 

@@ -17,9 +17,9 @@ from _library import LIBRARY
 from acausal import ArgumentError, Component, ParameterError, UnknownNameError, check, parameters, replace
 from acausal._declare.layout import complete_leaves, rebuilt
 from acausal._declare.node import leaves_of, nodes_of
-from acausal._declare.requirements import broken
+from acausal._declare.node_requirements import broken
+from acausal._evaluate.model_requirements import ModelRequirements
 from acausal._evaluate.packing import ModelParameters, slot_values
-from acausal._evaluate.requirements import ModelRequirements
 from acausal._indices import joined
 from acausal._reduce.flatten import flatten
 

@@ -8,7 +8,7 @@ from _rig import Rig
 
 from acausal import Component, Connections, connect
 from acausal._reduce.flatten import flatten
-from acausal._unit_check.check import unchecked_equations, unit_problems
+from acausal._unit_check.model_units import unchecked_equations, unit_problems
 from acausal._units.parsing import is_coherent
 from acausal.testing import check_units
 from components import blocks, rotational

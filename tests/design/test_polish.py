@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from acausal.design._certificate.point import Point
+from acausal.design._certificate.first_order import Point
 from acausal.design._optimise.descent import polished
 
 LOW, HIGH = np.zeros(2), np.ones(2)

@@ -9,12 +9,12 @@ from ..._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from ..._evaluate.invariants import discrete_in_invariants
 from ..._evaluate.observe import constrained_places
 from ..._numbers import Numbers
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from .run_events import RunEvents
 
 
 def changed(
-    events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, remains: Array, given: Given
+    events: RunEvents, t: Numbers, y: Array, values: list[Array], fired: Array, remains: Array, args: RunArgs
 ) -> tuple[Numbers, Numbers]:
     """The vector after the events that `fired`, and whether its constraints forbid the change. If several events set
     one variable, the last one wins. The events in `remains` have already set their discrete variables.
@@ -28,7 +28,7 @@ def changed(
     bound = discrete_in_invariants(events.system)
     if not wanted and not bound.size:
         return new, jnp.asarray(False)
-    return _reset(events, t, new, wanted, jnp.any(new[bound] != y[bound]), given)
+    return _reset(events, t, new, wanted, jnp.any(new[bound] != y[bound]), args)
 
 
 def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
@@ -57,7 +57,7 @@ def _wanted(events: RunEvents, values: list[Array], fired: Array) -> dict[int, t
 
 
 def _reset(
-    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], is_moved: Array, given: Given
+    events: RunEvents, t: Numbers, y: Array, wanted: dict[int, tuple[Array, Array]], is_moved: Array, args: RunArgs
 ) -> tuple[Array, Array]:
     """The vector with new values of variables: states are set directly, others through the constraints. `is_moved`
     marks a change of the invariants. If the constraints forbid the values, the vector is unchanged.
@@ -71,17 +71,17 @@ def _reset(
         touched = placed(touched, where, touched[where] | is_here)
     is_bad = jnp.asarray(False)
     if system.ordered.invariants or not all(constraints.is_state[where].all() for where, _ in places.values()):
-        x, is_bad = _followed(events, t, y, x, touched, given)
+        x, is_bad = _followed(events, t, y, x, touched, args)
         touched = jnp.broadcast_to((jnp.any(touched) | is_moved) & ~is_bad, touched.shape)
     new = jnp.where(touched[constraints.states], x[constraints.states], y[constraints.in_state_vector])
     return placed(y, constraints.in_state_vector, new), is_bad
 
 
 def _followed(
-    events: RunEvents, t: Numbers, y: Array, aimed: Array, touched: Array, given: Given
+    events: RunEvents, t: Numbers, y: Array, aimed: Array, touched: Array, args: RunArgs
 ) -> tuple[Array, Array]:
     """All constrained variables after the `touched` ones are set to the values `aimed`, and whether that fails."""
-    system, constraints, inputs = events.system, events.system.constraints, events.bound(y, given)
+    system, constraints, inputs = events.system, events.system.constraints, events.bound(y, args)
     weight = jnp.where(touched, GIVEN, np.where(constraints.is_state, STATE, 1.0))
 
     def project(x: Array, _: None) -> tuple[Array, None]:
@@ -90,7 +90,7 @@ def _followed(
 
     # The constraints are nonlinear, so the first projection moves the new values slightly. They are restored, and the
     # second projection, which starts close to a solution, preserves them.
-    start = system.collected(t, y[events.layout.point], given.inputs, constraints.pairs)
+    start = system.collected(t, y[events.layout.point], args.inputs, constraints.pairs)
     x = jax.lax.scan(project, start, None, length=2)[0]
     missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
     return x, jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))

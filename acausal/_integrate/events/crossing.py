@@ -11,24 +11,24 @@ from jax.flatten_util import ravel_pytree
 
 from ..._compiled_once import truths_compiled_once
 from ..._numbers import Numbers
-from ..._reduce.logic import Circuit, begun, sign_of
-from ..step.interval import MOST, TURN, Seen, advance, over
+from ..._reduce.logic import Circuit, edges, sign_of
+from ..step.interval import MOST, TURN, PathSample, advance, over
 from .part import Part
 
-PARTS = 4  # number of equal parts of a step at whose ends crossing functions near zero are evaluated
+PARTS = 4  # number of equal parts of a step at whose ends event indicators near zero are evaluated
 
 
 class Conditions(NamedTuple):
     """The conditions of a run along a step.
 
-    - `seen(t)`: the crossing function of each relation, positive if the relation holds, and its rate.
+    - `sample(t)`: the event indicator of each relation, positive if the relation holds, and its rate.
     - `logic`: the conditions as logical expressions of relations.
     - `either`: conditions that also trigger an event when they become false.
-    - `band`: the hysteresis of each crossing function: a relation changes only beyond it.
+    - `band`: the hysteresis of each event indicator: a relation changes only beyond it.
     - `clears`, `sets`: relations that may become false, or true, without triggering an event.
     """
 
-    seen: Callable[[Numbers], Seen]
+    sample: Callable[[Numbers], PathSample]
     logic: Circuit
     either: np.ndarray
     band: Array
@@ -39,20 +39,20 @@ class Conditions(NamedTuple):
 class Found(NamedTuple):
     """The first event of a step, if any: it has happened at `t`, but not yet at `before`.
 
-    - `begins`: the conditions that trigger it; `pace`: the rate of the crossing function of each condition there.
+    - `triggered`: the conditions that trigger it; `rates`: the rate of the event indicator of each condition there.
     - `truths`: truths of the relations after t; without an event, at the end of the step.
-    - `end`: crossing functions at the end of the step.
+    - `end`: event indicators at the end of the step.
     - `reached`: time up to which the step has been searched.
     """
 
     is_any: Array
     t: Array
     before: Array
-    begins: Array
-    pace: Array
+    triggered: Array
+    rates: Array
     truths: Array
     shift: tuple[Array, ...]
-    end: Seen | None
+    end: PathSample | None
     reached: Array
 
 
@@ -67,7 +67,7 @@ class _Search(NamedTuple):
     truths: Array
     crossed: Array
     narrow: Array
-    is_seen: Array
+    is_sampled: Array
     x: Array
     is_found: Array
     is_over: Array
@@ -82,8 +82,8 @@ class _Judged(NamedTuple):
     part: Part
     changes: Array
     bumps: Array
-    begins: Array
-    may_begin: Array
+    triggered: Array
+    may_trigger: Array
 
 
 class _Step(NamedTuple):
@@ -93,9 +93,9 @@ class _Step(NamedTuple):
     end: Numbers
     length: Numbers
     short: Numbers
-    unflat: Callable[[Array], Seen]
+    unflat: Callable[[Array], PathSample]
 
-    def judge(self, low: Seen, high: Seen, s: _Search, truths: Array) -> _Judged:
+    def judge(self, low: PathSample, high: PathSample, s: _Search, truths: Array) -> _Judged:
         conditions = self.conditions
         sign = -sign_of(truths)
         part = Part(sign * low.g, sign * high.g, sign * low.rate, sign * high.rate, high.t - low.t)
@@ -107,28 +107,28 @@ class _Step(NamedTuple):
         turns = part.near | (varies & (turned > TURN))
         turning = part.bumps(conditions.band) | (part.leaps & (low.steps != high.steps))
         bumps = ~changes & jnp.where(is_part, turning, turns)
-        begins, may_begin = _told(conditions, truths, changes, bumps)
-        return _Judged(part, changes, bumps, begins, may_begin)
+        triggered, may_trigger = _triggered(conditions, truths, changes, bumps)
+        return _Judged(part, changes, bumps, triggered, may_trigger)
 
     def next_point(self, s: _Search) -> _Search:
         conditions, end, short, unflat = self.conditions, self.end, self.short, self.unflat
         is_start, is_end = s.count == 0, s.count == 1
         low = unflat(s.low)
-        flat_new = jax.lax.cond(s.is_seen, lambda: s.high, lambda: _flat(conditions.seen(s.x)))
+        flat_new = jax.lax.cond(s.is_sampled, lambda: s.high, lambda: _flat(conditions.sample(s.x)))
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last = unflat(flat_new), unflat(flat_last)
         truths = jnp.where(is_start, _leaving(conditions, s.truths, new), s.truths)
-        part, changes, bumps, begins, may_begin = self.judge(low, new, s, truths)
+        part, changes, bumps, triggered, may_trigger = self.judge(low, new, s, truths)
         is_short = part.width <= short
         passes, is_found = truths_compiled_once(
             s.x,
-            ~is_start & (~may_begin | (is_short & ~jnp.any(begins))),
-            ~is_start & is_short & jnp.any(begins),
+            ~is_start & (~may_trigger | (is_short & ~jnp.any(triggered))),
+            ~is_start & is_short & jnp.any(triggered),
         )
         is_last = passes & (new.t >= last.t)
         aim = low.t + part.width * part.aim(changes, bumps, short, s.count)
         # Continue after an interval without events: at the end of the narrowed part, or of the next part of the step.
-        is_behind = passes & s.narrow & ~s.is_seen
+        is_behind = passes & s.narrow & ~s.is_sampled
         is_first_look = is_end & ~passes & ~is_found  # the whole step is undecided: examine its parts
         node = jax.tree.map(lambda a, b: jnp.where(is_first_look, a, b), low, new)
         width = jnp.minimum(self.length / PARTS, over(TURN * (last.t - node.t), advance(node, last)))
@@ -142,21 +142,21 @@ class _Step(NamedTuple):
             truths=jnp.where(passes, truths ^ changes, truths),
             crossed=jnp.where(narrows, s.crossed | changes, s.crossed & ~changes & (is_behind | ~passes)),
             narrow=narrows | is_behind,
-            is_seen=is_behind,
+            is_sampled=is_behind,
             x=x,
             is_found=is_found,
             is_over=is_found | is_last | (s.count > MOST),
-            count=s.count + ~s.is_seen,
+            count=s.count + ~s.is_sampled,
         )
 
 
 def first_crossing(
-    conditions: Conditions, start: Seen, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
+    conditions: Conditions, start: PathSample, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
 ) -> Found:
     """The first event of a step from `start` to `end`; `truths` are those of the relations at its start.
 
-    A relation changes if its crossing function has the opposite sign and is beyond its band. The search evaluates the
-    crossing functions at the end of the step, and if one may reach zero, at the ends of the parts of the step. There
+    A relation changes if its event indicator has the opposite sign and is beyond its band. The search evaluates the
+    event indicators at the end of the step, and if one may reach zero, at the ends of the parts of the step. There
     are four parts, or more if a phase, the argument of a sine, changes by more than a quarter turn in one: while the
     states rest, steps are longer than the periods of such functions. On each part a relation may change once, or change
     and change back if its function is convex or concave. Changes that trigger an event are located to within `short`;
@@ -169,7 +169,7 @@ def first_crossing(
     flat_start, unflat = ravel_pytree(start)
     flat_end = _flat(start._replace(t=end))
     search = _Search(
-        low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_seen=no,
+        low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_sampled=no,
         x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
         count=jnp.where(is_known, 1, 0),
     )  # fmt: skip
@@ -180,14 +180,14 @@ def first_crossing(
     changes = (sign * high.g > 0) | (jnp.abs(high.g) <= conditions.band)
     after = s.truths ^ (s.crossed & changes & s.is_found)
     logic = conditions.logic
-    begins = begun(logic.hold(after), logic.hold(s.truths), conditions.either)
-    pace = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
+    triggered = edges(logic.hold(after), logic.hold(s.truths), conditions.either)
+    rates = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
     return Found(
         is_any=s.is_found,
         t=high.t,
         before=low.t,
-        begins=begins & s.is_found,
-        pace=jnp.where(jnp.isfinite(pace), pace, 0.0),
+        triggered=triggered & s.is_found,
+        rates=jnp.where(jnp.isfinite(rates), rates, 0.0),
         truths=after,
         shift=high.shift[:1] + low.shift[1:],
         end=last,
@@ -195,21 +195,21 @@ def first_crossing(
     )
 
 
-def _flat(seen: Seen) -> Array:
-    return ravel_pytree(seen)[0]
+def _flat(sample: PathSample) -> Array:
+    return ravel_pytree(sample)[0]
 
 
-def _leaving(conditions: Conditions, truths: Array, start: Seen) -> Array:
-    """The truths at the start of a step after an event. If a crossing function is within its band, its rate decides
+def _leaving(conditions: Conditions, truths: Array, start: PathSample) -> Array:
+    """The truths at the start of a step after an event. If an event indicator is within its band, its rate decides
     the truth of a relation that may change without triggering an event. Others change only beyond the band.
     """
     is_zero = jnp.abs(start.g) <= conditions.band
-    ends = is_zero & (start.rate < 0) & conditions.clears
-    begins = is_zero & (start.rate > 0) & conditions.sets
-    return (truths & ~ends) | begins
+    falls = is_zero & (start.rate < 0) & conditions.clears
+    rises = is_zero & (start.rate > 0) & conditions.sets
+    return (truths & ~falls) | rises
 
 
-def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -> tuple[Array, Array]:
+def _triggered(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -> tuple[Array, Array]:
     """The conditions that trigger an event by the end of an interval on which the relations `changes` change, and
     whether any may do so within it, if the relations `bumps` change and change back. One batch evaluates the logic for
     all of this, because each call site is compiled.
@@ -219,6 +219,6 @@ def _told(conditions: Conditions, truths: Array, changes: Array, bumps: Array) -
     holds, fails = jnp.stack([now, then, least, most]), -jnp.stack([now, then, most, least])
     first, last, low, high = jax.vmap(conditions.logic)(holds, fails)
     before, may_end, may_hold = first > 0, low < 0, high > 0
-    begins = begun(last > 0, before, conditions.either)
-    may_begin = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
-    return begins, jnp.any(begins) | jnp.any(may_begin)
+    triggered = edges(last > 0, before, conditions.either)
+    may_trigger = (~before & may_hold) | (before & may_end & (conditions.either | jnp.any(bumps)))
+    return triggered, jnp.any(triggered) | jnp.any(may_trigger)

@@ -36,9 +36,9 @@ class EventNumbers:
         return 0 if self.system.events is None else self.system.events.total
 
     @ft.cached_property
-    def n_curved(self) -> int:
+    def n_nonlinear(self) -> int:
         """Number of nonlinear functions of time with zeros that a search must locate."""
-        return self.system.instants.n_curved
+        return self.system.instants.n_nonlinear
 
     @ft.cached_property
     def n_instants(self) -> int:
@@ -48,7 +48,7 @@ class EventNumbers:
 
     @ft.cached_property
     def total(self) -> int:
-        return self.n_model + self.n_instants + self.n_curved + (self.settings.stop is not None)
+        return self.n_model + self.n_instants + self.n_nonlinear + (self.settings.stop is not None)
 
     @property
     def _members(self) -> list[EventEntry]:
@@ -57,10 +57,10 @@ class EventNumbers:
 
     @ft.cached_property
     def _kinds(self) -> np.ndarray:
-        """The kind of each event: that of its entry, or "instant", "curved" or "stop"."""
+        """The kind of each event: that of its entry, or "instant", "nonlinear" or "stop"."""
         own = [entry.kind for entry in self._members]
-        others = ["instant"] * self.n_instants + ["curved"] * self.n_curved
-        return np.array([*own, *others, *["stop"] * (self.settings.stop is not None)], "U8")
+        others = ["instant"] * self.n_instants + ["nonlinear"] * self.n_nonlinear
+        return np.array([*own, *others, *["stop"] * (self.settings.stop is not None)], "U9")
 
     def _of_kinds(self, *kinds: str) -> np.ndarray:
         return np.isin(self._kinds, kinds)
@@ -76,14 +76,14 @@ class EventNumbers:
         return self._of_kinds("at", "instant")
 
     @ft.cached_property
-    def curved(self) -> np.ndarray:
+    def nonlinear(self) -> np.ndarray:
         """Zeros of nonlinear functions of time at which equations change. Once found, they are known times."""
-        return self._of_kinds("curved")
+        return self._of_kinds("nonlinear")
 
     @ft.cached_property
     def either(self) -> np.ndarray:
         """Events that happen both when their condition becomes true and when it becomes false."""
-        return self._of_kinds("curved", "hold", *(["stop"] if self.settings.direction is None else []))
+        return self._of_kinds("nonlinear", "hold", *(["stop"] if self.settings.direction is None else []))
 
     @ft.cached_property
     def held(self) -> np.ndarray:
@@ -116,7 +116,7 @@ class EventNumbers:
 
     @ft.cached_property
     def _done(self) -> np.ndarray:
-        return self.responds & ~self.held & (self.settings.is_resumed or self.settings.is_started)
+        return self.responds & ~self.held & (self.settings.is_resumed or self.settings.is_initialised)
 
     @ft.cached_property
     def waits(self) -> np.ndarray:
@@ -195,18 +195,18 @@ class EventNumbers:
         return not np.all(self.scheduled)
 
     @ft.cached_property
-    def n_margins(self) -> int:
+    def n_indicators(self) -> int:
         return (self.system.events.n_relations if self.system.events else 0) + self._n_own
 
     @property
     def _n_own(self) -> int:
-        """Number of events with their own crossing function: nonlinear functions of time, and the stop condition."""
-        return self.n_curved + (self.settings.stop is not None)
+        """Number of events with their own event indicator: nonlinear functions of time, and the stop condition."""
+        return self.n_nonlinear + (self.settings.stop is not None)
 
     @ft.cached_property
     def logic(self) -> list[Expression]:
         """Logical expression of each event in terms of relations; never true for scheduled events."""
-        own: list[Expression] = [("holds", self.n_margins - self._n_own + i) for i in range(self._n_own)]
+        own: list[Expression] = [("holds", self.n_indicators - self._n_own + i) for i in range(self._n_own)]
         model = self.system.events.logic if self.system.events else ()
         return [*(expression or NEVER for expression in model), *[NEVER] * self.n_instants, *own]
 
@@ -217,9 +217,9 @@ class EventNumbers:
         times = time_leaves(system.flat, system.merged)
         found: list[bool] = []
         if events:
-            for i, aval in enumerate(events.margins.closed.out_avals):
-                part = slice_output(events.margins.closed, i)
-                read = [events.margins.leaves[place] for place in part.used]
+            for i, aval in enumerate(events.indicators.closed.out_avals):
+                part = slice_output(events.indicators.closed, i)
+                read = [events.indicators.leaves[place] for place in part.used]
                 moves = any(system.flat.is_variable(leaf) and leaf not in times for leaf in read)
                 (degree,) = degrees_of(part.jaxpr, [int(leaf in times) for leaf in read])
                 found += [not moves and degree < 2] * math.prod(aval.shape)
@@ -227,7 +227,7 @@ class EventNumbers:
 
     @property
     def of_time_alone(self) -> np.ndarray:
-        """The relations `of_time`, among all crossing functions."""
+        """The relations `of_time`, among all event indicators."""
         return np.append(self.of_time, np.zeros(self._n_own, bool))
 
     @ft.cached_property
@@ -235,7 +235,7 @@ class EventNumbers:
         """The relations that occur in conditions unnegated, and those that occur negated. If a condition also triggers
         an event when it becomes false, its relations count as both.
         """
-        positive, negative = np.zeros((2, self.n_margins), bool)
+        positive, negative = np.zeros((2, self.n_indicators), bool)
         for i, expression in enumerate(self.logic):
             own = literals_of(expression)
             positive[list(own["holds"] | (own["fails"] if self.either[i] else frozenset()))] = True
@@ -245,7 +245,7 @@ class EventNumbers:
     @ft.cached_property
     def of_laws(self) -> np.ndarray:
         """The relations that occur only in conditions of `ifelse`."""
-        found = np.zeros((2, self.n_margins), bool)
+        found = np.zeros((2, self.n_indicators), bool)
         for i, expression in enumerate(self.logic):
             own = literals_of(expression)
             found[int(self.held[i]), list(own["holds"] | own["fails"])] = True
@@ -253,7 +253,7 @@ class EventNumbers:
 
     @ft.cached_property
     def circuit(self) -> Circuit:
-        """Crossing function of each event's condition from those of the relations and their negatives; or bounds of it
+        """Event indicator of each event's condition from those of the relations and their negatives; or bounds of it
         from bounds of these.
         """
-        return circuit(self.logic, self.n_margins)
+        return circuit(self.logic, self.n_indicators)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from ..._numbers import Numbers
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from .event_history import EventHistory
 from .moment import Approach
 from .rounds import Iteration, Round, most_rounds, repeated
@@ -36,12 +36,12 @@ def settle(
     t: Array,
     approach: Approach,
     y: Numbers,
-    begins: Array,
+    triggered: Array,
     truths: Array,
     holds: Array,
     due: Array,
     history: EventHistory,
-    given: Given,
+    args: RunArgs,
     *,
     n_before: int = 0,
     order: Array | None = None,
@@ -55,21 +55,21 @@ def settle(
     diodes then converge like the pivots of a linear complementarity problem (Murty, `Linear Complementarity, Linear and
     Nonlinear Programming`, 1988, ch. 4).
 
-    A relation keeps its truth while its crossing function is within its hysteresis band.
+    A relation keeps its truth while its event indicator is within its hysteresis band.
 
     `before` of the result has `n_before` elements: the moment of the first listed event and the vector before it,
     infinite if there is none, and empty if `n_before` is zero.
 
     At the start of a run, `order` contains the times of the past events. They happen in this order, but at the fixed
-    time t. The energy balance begins after the events at the start, which count as no loss.
+    time t. The energy balance triggered after the events at the start, which count as no loss.
     """
     is_start = order is not None
     none, no, zero = jnp.zeros(events.total, bool), jnp.asarray(False), jnp.asarray(0)
-    ticks = begins & events.clocks if order is None else begins & events.clocks & (order >= t - given.tick(t))
+    ticks = triggered & events.clocks if order is None else triggered & events.clocks & (order >= t - args.tick(t))
     start = Round(
         t=jnp.asarray(t, float),
         ys=jnp.stack([y, y]),
-        due=begins & ~ticks,
+        due=triggered & ~ticks,
         ticks=ticks,
         truths=truths,
         holds=holds,
@@ -82,10 +82,10 @@ def settle(
         history=history,
         before=jnp.full(n_before, jnp.inf),
         is_bad=no,
-        goes_on=jnp.any(begins) | is_start,
+        goes_on=jnp.any(triggered) | is_start,
         count=zero,
     )
-    iteration, most = Iteration(events, approach, due, given, is_start), events.total + most_rounds(events.total)
+    iteration, most = Iteration(events, approach, due, args, is_start), events.total + most_rounds(events.total)
     end = repeated(lambda r: r.goes_on, iteration.next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)

@@ -1,4 +1,4 @@
-"""Crossing functions on a part of a step, given their values and rates at its ends."""
+"""Event indicators on a part of a step, given their values and rates at its ends."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from ..step.interval import over
 
 
 class Part(NamedTuple):
-    """Values `q` and rates `p` of crossing functions at both ends of an interval. Their signs are such that a function
+    """Values `q` and rates `p` of event indicators at both ends of an interval. Their signs are such that a function
     becomes positive when its relation changes.
     """
 
@@ -29,7 +29,7 @@ class Part(NamedTuple):
 
     @property
     def leaps(self) -> Array:
-        """Crossing functions that a stair function, such as floor, may take beyond zero. They may jump, so the tangent
+        """Event indicators that a stair function, such as floor, may take beyond zero. They may jump, so the tangent
         at each end is tested separately.
         """
         q0, q1, p0, p1, width = self
@@ -37,7 +37,7 @@ class Part(NamedTuple):
 
     @property
     def near(self) -> Array:
-        """Crossing functions that may reach zero, with a variation estimated from values and rates at the ends."""
+        """Event indicators that may reach zero, with a variation estimated from values and rates at the ends."""
         q0, q1, p0, p1, width = self
         nearest = jnp.maximum(q0, q1)
         variation = jnp.abs(q1 - q0) + width * (jnp.abs(p0) + jnp.abs(p1))

@@ -9,8 +9,8 @@ from jax import Array
 
 from ..._equinox_private import while_loop
 from ..._numbers import Numbers
-from ..._reduce.logic import begun
-from ..setup.field import Given
+from ..._reduce.logic import edges
+from ..setup.field import RunArgs
 from .changes import changed
 from .event_history import EventHistory
 from .moment import Approach, carried_to_moment
@@ -83,38 +83,38 @@ class Iteration(NamedTuple):
     events: RunEvents
     approach: Approach
     due: Array
-    given: Given
+    args: RunArgs
     is_start: bool
 
     def next_round(self, r: Round) -> Round:
-        events, given = self.events, self.given
+        events, args = self.events, self.args
         own = self.own(r)
         t, ys = r.t, r.ys
         if not self.is_start:
-            moment, moved = carried_to_moment(events, own.number, t, self.approach, ys, self.due, given)
-            t, ys = jnp.where(own.is_any, moment, t), jnp.where(own.is_any, moved, ys)
-        here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), given, is_start=self.is_start)
+            moment, there = carried_to_moment(events, own.number, t, self.approach, ys, self.due, args)
+            t, ys = jnp.where(own.is_any, moment, t), jnp.where(own.is_any, there, ys)
+        here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), args, is_start=self.is_start)
         is_first = ~own.is_any & (r.count == r.n_own)
-        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, here.margins, given))
+        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, here.indicators, args))
         if self.is_start:
-            truths = jnp.where(is_first, events.truths_at_start(t, here.margins, given), truths)
+            truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)
-        held, told, remains = self.before(r, true, is_first)
-        begins = begun(true, held, events.either) & ~events.curved & ~events.waits
-        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), begins, first_of(begins))
+        held, listed, remains = self.before(r, true, is_first)
+        triggered = edges(true, held, events.either) & ~events.nonlinear & ~events.waits
+        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(triggered))
         fired = jnp.where(own.is_any, own.mask, chosen)
         if self.is_start and events.settings.stop and events.settings.direction is not False:
             # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.
-            fired |= events.stops & (here.margins[-1] == 0) & is_first
-        new, is_bad = changed(events, t, ys[1], here.values, fired, remains, given)
+            fired |= events.stops & (here.indicators[-1] == 0) & is_first
+        new, is_bad = changed(events, t, ys[1], here.values, fired, remains, args)
         acts = fired & events.acts
         any_acts = jnp.any(acts)
         y = jnp.where(any_acts, new, ys[1])
         holds = jnp.where(own.is_any, held, true & (held | fired))
-        holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.curved, true, held), holds)
+        holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.nonlinear, true, held), holds)
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
-        happened, is_listed = (fired | told)[: events.n_model], events.is_listed[: events.n_model]
+        happened, is_listed = (fired | listed)[: events.n_model], events.is_listed[: events.n_model]
         # If the room for the history is limited, only listed events use it.
         happened = happened if events.settings.save == "chunk" else happened & is_listed
         history = r.history.noted(t, happened, is_listed)
@@ -146,7 +146,7 @@ class Iteration(NamedTuple):
             is_any = jnp.any(r.due)
         order = r.order if self.is_start else jnp.zeros(total)
         earliest = jnp.min(jnp.where(r.due, order, jnp.inf))
-        now = earliest + self.given.tick(earliest)
+        now = earliest + self.args.tick(earliest)
         number = jnp.argmax(r.due & (order <= now))
         return Own(number, (jnp.arange(total) == number) & is_any, is_any, now)
 
@@ -157,15 +157,15 @@ class Iteration(NamedTuple):
         At the start, an event that the start search has executed is listed, but does not happen again. That search sets
         discrete variables only; the event's other variables are set here.
         """
-        events, given, none = self.events, self.given, jnp.zeros(self.events.total, bool)
+        events, args, none = self.events, self.args, jnp.zeros(self.events.total, bool)
         if not self.is_start:
             return r.holds, none, none
-        done = true & events.done(given)
+        done = true & events.done(args)
         had, remains = done & (r.count == 0), done & events.remains & is_first
-        is_told = events.settings.is_started and given.numbers.past is None
-        told = (had | jnp.isfinite(r.order)) & (r.count == 0) & is_told
-        held = jnp.where((events.stops | events.curved) & is_first, true, r.holds | had & ~events.remains)
-        return held, told, remains
+        lists_past = events.settings.is_initialised and args.numbers.past is None
+        listed = (had | jnp.isfinite(r.order)) & (r.count == 0) & lists_past
+        held = jnp.where((events.stops | events.nonlinear) & is_first, true, r.holds | had & ~events.remains)
+        return held, listed, remains
 
     def following(
         self, r: Round, own: Own, t: Numbers, ys: Array, y: Array, any_fired: Array
@@ -173,22 +173,22 @@ class Iteration(NamedTuple):
         """The events due after a round with the result y, the waiting events, the vector that the next round reads, and
         the times of past events.
         """
-        events, given, clocks = self.events, self.given, self.events.clocks
+        events, args, clocks = self.events, self.args, self.events.clocks
         due, ticks, base, order = r.due & ~own.mask, r.ticks, ys[0], r.order
         if self.is_start:
             # Past events of one instant read the values before all of them; those of the next instant read the values
             # that these have set.
             is_now = due & (r.order <= own.now)
             # An event is due again only at times that this round has changed.
-            is_reset, last = events.set_anew(t, ys[1], y, given)
+            is_reset, last = events.set_anew(t, ys[1], y, args)
             is_reset &= ~is_now
             order = jnp.where(is_reset, last, r.order)
             due = own.is_any & jnp.isfinite(order) & (due | is_reset) & ~r.ticks
             base = jnp.where(own.is_any & (jnp.min(jnp.where(due, order, jnp.inf)) > own.now), y, base)
         elif events.resets_times:
             # Events rescheduled to this instant, or to an earlier one, happen now.
-            _, last = events.set_anew(t, ys[1], y, given)
-            ticks |= jnp.isfinite(last) & (~clocks | (last >= t - given.tick(t)))
+            _, last = events.set_anew(t, ys[1], y, args)
+            ticks |= jnp.isfinite(last) & (~clocks | (last >= t - args.tick(t)))
         # After all other events, those rescheduled to this instant happen, and then the clocks tick, which read the
         # current values.
         is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)

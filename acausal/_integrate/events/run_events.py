@@ -14,9 +14,9 @@ from ..._evaluate.groups import Segments
 from ..._evaluate.starts import Inputs
 from ..._numbers import Numbers, Truth
 from ..._reduce.nominal import nominal_size
-from ..setup.field import Given, values_of, vector_field, wanted_pairs
+from ..setup.field import RunArgs, values_of, vector_field, wanted_pairs
 from ..setup.schedule import farthest, last_before, next_after
-from ..step.interval import Seen
+from ..step.interval import PathSample
 from .crossing import Conditions
 from .event_numbers import EventNumbers
 
@@ -24,11 +24,11 @@ RESOLUTION = 4096  # hysteresis of relations in rounding units of the compared t
 
 
 class Here(NamedTuple):
-    """Values at a point: the crossing functions of the relations, the new values that events would set, and the stored
+    """Values at a point: the event indicators of the relations, the new values that events would set, and the stored
     energy (after the start).
     """
 
-    margins: Array
+    indicators: Array
     values: list[Array]
     stored: Array
 
@@ -43,75 +43,75 @@ class RunEvents(EventNumbers):
 
     # The protocol `Laws` of `carried_to_moment`
 
-    def rates(self, t: Numbers, y: Array, given: Given) -> Numbers:
+    def rates(self, t: Numbers, y: Array, args: RunArgs) -> Numbers:
         """The time derivative of the stepped vector; zero for its part held in steps and for algebraic unknowns."""
         layout, system = self.layout, self.system
         n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
         core = jnp.concatenate([y[:n], y[layout.integrals]])
-        rates = field(t, core, given.carrying(self._ordinary(y)[n:]))
+        rates = field(t, core, args.carrying(self._ordinary(y)[n:]))
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
 
-    def margin(self, number: Array, t: Array, y: Array, due: Array, given: Given) -> Numbers:
-        """The crossing function of one event; for a scheduled event, the time since it was due."""
+    def indicator(self, number: Array, t: Array, y: Array, due: Array, args: RunArgs) -> Numbers:
+        """The event indicator of one event; for a scheduled event, the time since it was due."""
         late = (t - due)[number]
         if not self.is_searched:
             return late
         # Algebraic unknowns have no rates; here they are functions of the time and the states.
-        margins = self.margins(t, self.with_algebraic(t, y, given), given)
-        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.circuit(margins, -margins)[number])
+        indicators = self.indicators(t, self.with_algebraic(t, y, args), args)
+        return jnp.where(jnp.asarray(self.scheduled)[number], late, self.circuit(indicators, -indicators)[number])
 
     # Values at a point
 
-    def margins(self, t: Numbers, y: Array, given: Given) -> Array:
-        """The crossing function of each relation in a condition, positive if the relation holds."""
-        wanted = wanted_pairs(self.system, self.settings.read_by_margins)
-        store = self.system.evaluate(t, y[self.layout.point], given.inputs, wanted)
-        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins))
+    def indicators(self, t: Numbers, y: Array, args: RunArgs) -> Array:
+        """The event indicator of each relation in a condition, positive if the relation holds."""
+        wanted = wanted_pairs(self.system, self.settings.read_by_indicators)
+        store = self.system.evaluate(t, y[self.layout.point], args.inputs, wanted)
+        return self._indicators(t, y, args, self._values(t, y, args, store, self.settings.read_by_indicators))
 
-    def margins_and_rates(self, t: Numbers, y: Array, given: Given) -> tuple[Array, Array]:
-        """The crossing functions, and the rates of the states."""
-        wanted, point = wanted_pairs(self.system, self.settings.read_by_margins), y[self.layout.point]
-        rates, store = self.system.vector_field_and_store(t, point, given.inputs, wanted)
-        return self._margins(t, y, given, self._values(t, y, given, store, self.settings.read_by_margins)), rates
+    def indicators_and_rates(self, t: Numbers, y: Array, args: RunArgs) -> tuple[Array, Array]:
+        """The event indicators, and the rates of the states."""
+        wanted, point = wanted_pairs(self.system, self.settings.read_by_indicators), y[self.layout.point]
+        rates, store = self.system.vector_field_and_store(t, point, args.inputs, wanted)
+        return self._indicators(t, y, args, self._values(t, y, args, store, self.settings.read_by_indicators)), rates
 
-    def _margins(self, t: Numbers, y: Array, given: Given, values: dict[int, Numbers]) -> Array:
+    def _indicators(self, t: Numbers, y: Array, args: RunArgs, values: dict[int, Numbers]) -> Array:
         events = self.system.events
-        found = events.margins([values[leaf] for leaf in events.margins.leaves]) if events else []
-        parts = [jnp.zeros(0), *(jnp.ravel(margin) for margin in found)]
-        if self.n_curved:
-            parts.append(self._curved(t, y, given))
+        found = events.indicators([values[leaf] for leaf in events.indicators.leaves]) if events else []
+        parts = [jnp.zeros(0), *(jnp.ravel(indicator) for indicator in found)]
+        if self.n_nonlinear:
+            parts.append(self._nonlinear(t, y, args))
         if self.settings.stop:
-            parts.append(self._stop(given, values)[None])
+            parts.append(self._stop(args, values)[None])
         return jnp.concatenate(parts)
 
-    def renewed(self, t: Numbers, truths: Array, margins: Array, given: Given) -> Array:
+    def renewed(self, t: Numbers, truths: Array, indicators: Array, args: RunArgs) -> Array:
         """The truths of the relations at a point. Relations within their hysteresis bands keep their truths."""
-        return jnp.where(jnp.abs(margins) > self.band(t, given), margins > 0, truths)
+        return jnp.where(jnp.abs(indicators) > self.band(t, args), indicators > 0, truths)
 
-    def truths_at_start(self, t: Numbers, margins: Array, given: Given) -> Array:
+    def truths_at_start(self, t: Numbers, indicators: Array, args: RunArgs) -> Array:
         """The truths of the relations at the start of a run. If it continues another run, relations within their bands
         count as not yet met, so that an event about to happen falls into this run.
         """
         if not self.settings.is_resumed:
-            return margins > 0
+            return indicators > 0
         positive, negative = self.polarity
-        met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, margins > 0))
-        return jnp.where(jnp.abs(margins) <= self.band(t, given), met, margins > 0)
+        met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, indicators > 0))
+        return jnp.where(jnp.abs(indicators) <= self.band(t, args), met, indicators > 0)
 
-    def conditions(self, see: Callable[[Numbers], Seen], t: Numbers, armed: Array, given: Given) -> Conditions:
-        """The conditions on a path with the crossing functions `see`, up to a time. Relations that are not `armed` have
+    def conditions(self, see: Callable[[Numbers], PathSample], t: Numbers, armed: Array, args: RunArgs) -> Conditions:
+        """The conditions on a path with the event indicators `see`, up to a time. Relations that are not `armed` have
         changed and have stayed close to zero since; their hysteresis is wider.
         """
         positive, negative = self.polarity
-        band = jnp.where(armed, self.band(t, given), jnp.maximum(self.band(t, given), given.back))
+        band = jnp.where(armed, self.band(t, args), jnp.maximum(self.band(t, args), args.back))
         return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
 
-    def band(self, t: Numbers, given: Given) -> Array:
+    def band(self, t: Numbers, args: RunArgs) -> Array:
         """The hysteresis of each relation at a time; half the time resolution for relations of time alone."""
-        return jnp.where(self.of_time_alone, 0.5 * given.tick(t), given.band)
+        return jnp.where(self.of_time_alone, 0.5 * args.tick(t), args.band)
 
-    def bands(self, given: Given) -> tuple[Array, Array]:
+    def bands(self, args: RunArgs) -> tuple[Array, Array]:
         """The hysteresis of each relation, and that of its change back, relative to the size of its terms at nominal
         values of all variables. The first covers rounding. For piecewise laws, the second covers the error of the run:
         otherwise errors would make a state at rest on a breakpoint cross it repeatedly. Both are zero here for
@@ -119,17 +119,17 @@ class RunEvents(EventNumbers):
         """
         events = self.system.events
         if events is None:
-            return jnp.zeros(self.n_margins), jnp.zeros(self.n_margins)
-        sizes = [self._typical(leaf, given) for leaf in events.sizes.leaves]
+            return jnp.zeros(self.n_indicators), jnp.zeros(self.n_indicators)
+        sizes = [self._typical(leaf, args) for leaf in events.sizes.leaves]
         found = [jnp.ravel(size) for size in events.sizes(sizes)]
         own = jnp.concatenate([jnp.zeros(0), *found])
         size = jnp.where(jnp.isfinite(own) & ~self.of_time, own, 0.0)
         size = jax.lax.stop_gradient(jnp.concatenate([size, jnp.zeros(self._n_own)]))
-        rtol = jax.lax.stop_gradient(given.numbers.rtol)
+        rtol = jax.lax.stop_gradient(args.numbers.rtol)
         least = RESOLUTION * jnp.finfo(size.dtype).eps
         return least * size, jnp.where(self.of_laws, jnp.maximum(rtol, least), least) * size
 
-    def _typical(self, leaf: int, given: Given) -> Numbers:
+    def _typical(self, leaf: int, args: RunArgs) -> Numbers:
         """A typical value: that of a parameter; a different random number near the nominal size for each variable; zero
         for a discrete variable, whose initial value may be far off until it is set.
         """
@@ -137,122 +137,122 @@ class RunEvents(EventNumbers):
         if flat.declaration.role == "discrete":
             return jnp.zeros(flat.stack + flat.sizes)
         if not self.system.flat.is_variable(leaf):
-            return jnp.asarray(given.inputs.params.leaves[leaf], float)
+            return jnp.asarray(args.inputs.params.leaves[leaf], float)
         shape = flat.stack + flat.sizes
         return jnp.asarray(nominal_size(flat) * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
 
-    def here(self, t: Numbers, y: Array, given: Given, *, is_start: bool = True) -> Here:
-        """The crossing functions at a point, the new values that events would set there, and the stored energy."""
+    def here(self, t: Numbers, y: Array, args: RunArgs, *, is_start: bool = True) -> Here:
+        """The event indicators at a point, the new values that events would set there, and the stored energy."""
         system, events, stop = self.system, self.system.events, self.settings.stop
         stored = None if is_start else self.settings.stored
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
-        wanted |= {*events.margins.leaves, *events.actions.leaves} if events else set()
+        wanted |= {*events.indicators.leaves, *events.actions.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
-        store = ordinary.evaluate(t, point, given.inputs, wanted_pairs(self.system, wanted), anew=True)
-        values = values_of(ordinary, t, point, given.inputs, store, wanted)
-        margins = self._margins(*jax.lax.stop_gradient((t, y, given, values)))
+        store = ordinary.evaluate(t, point, args.inputs, wanted_pairs(self.system, wanted), anew=True)
+        values = values_of(ordinary, t, point, args.inputs, store, wanted)
+        indicators = self._indicators(*jax.lax.stop_gradient((t, y, args, values)))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
-        energy = stored(given.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
+        energy = stored(args.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
         return Here(
-            margins,
+            indicators,
             [jnp.ravel(value) for value in actions],
             jnp.asarray(energy, float),
         )
 
-    def due(self, t: Array, y: Array, given: Given, done: Numbers | None = None) -> Array:
+    def due(self, t: Array, y: Array, args: RunArgs, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for other events."""
-        events, far = self.system.events, given.direction * jnp.inf
+        events, far = self.system.events, args.forward * jnp.inf
         since = t
         if done is not None:  # events within the time resolution of the start have happened, too
-            since = jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf)) + 0.5 * given.tick(t)
+            since = jnp.maximum(t, jnp.where(jnp.isfinite(done), done, -jnp.inf)) + 0.5 * args.tick(t)
         since = jnp.broadcast_to(since, self.total)
-        own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, given)]
+        own = [next_after(time, every, t, since[places]) for time, every, places in self._times(t, y, args)]
         parts = [_spread(own, self._place_of_time, far)]
-        params = self.bound(y, given).params
-        parts.append(self.system.instants.following(t, params, given.direction))
+        params = self.bound(y, args).params
+        parts.append(self.system.instants.following(t, params, args.forward))
         if events and events.instants:
-            values = self._values(t, y, given, None, events.read_by_instants)
+            values = self._values(t, y, args, None, events.read_by_instants)
             known = [values[leaf] for leaf in events.read_by_instants]
-            parts.append(events.instants.following(t, known, given.direction)[None])
+            parts.append(events.instants.following(t, known, args.forward)[None])
         return jnp.concatenate([*parts, jnp.full(self.total - sum(len(part) for part in parts), far)])
 
-    def past(self, t: Array, y: Array, given: Given) -> Array:
+    def past(self, t: Array, y: Array, args: RunArgs) -> Array:
         """The last time not after t of each scheduled event of the model; infinite if there is none."""
-        return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, given)], jnp.inf)
+        return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, args)], jnp.inf)
 
-    def set_anew(self, t: Numbers, before: Array, after: Array, given: Given) -> tuple[Array, Array]:
+    def set_anew(self, t: Numbers, before: Array, after: Array, args: RunArgs) -> tuple[Array, Array]:
         """The scheduled events of the model whose times differ between two vectors, and the last of these times in the
         second vector that is not after t; infinite if there is none.
         """
 
         def tables(y: Array) -> list[tuple[Array, Array | None]]:
-            return [(times, every) for times, every, _ in self._times(t, y, given)]
+            return [(times, every) for times, every, _ in self._times(t, y, args)]
 
         # One batch computes both, so that they do not differ by rounding.
         found = jax.vmap(tables)(jax.lax.stop_gradient(jnp.stack([before, after])))
-        moved, last = [], []
+        is_reset, last = [], []
         for times, every in found:
             differs = times[0] != times[1]
             if every is not None:
                 differs |= every[0] != every[1]
-            moved.append(jnp.any(differs, axis=1))
+            is_reset.append(jnp.any(differs, axis=1))
             period = None if every is None else every[1]
             last.append(last_before(jnp.where(differs, times[1], jnp.inf), period, t))
-        return self._by_event(moved, False), self._by_event(last, jnp.inf)
+        return self._by_event(is_reset, False), self._by_event(last, jnp.inf)
 
     def _by_event(self, parts: list[Array], filler: Numbers) -> Array:
         """Values for all events: `parts` for the scheduled events of the model, the filler for all others."""
         own = _spread(parts, self._place_of_time, filler)
         return jnp.concatenate([own, jnp.full(self.total - self.n_model, filler)])
 
-    def counted_from(self, t0: Numbers, y: Array, given: Given) -> Array | None:
+    def counted_from(self, t0: Numbers, y: Array, args: RunArgs) -> Array | None:
         """The largest absolute time among the start and the first times of repeating events; None without any."""
-        times = self._times(jnp.asarray(t0, float), y, given)
+        times = self._times(jnp.asarray(t0, float), y, args)
         firsts = [farthest(time, every, t0) for time, every, _ in times if every is not None]
         return jax.lax.stop_gradient(jnp.max(jnp.stack([jnp.abs(t0), *firsts]))) if firsts else None
 
-    def done(self, given: Given) -> Array | np.ndarray:
+    def done(self, args: RunArgs) -> Array | np.ndarray:
         """Events that, if their conditions hold at the start, have already set their discrete variables."""
-        if given.numbers.past is None:
+        if args.numbers.past is None:
             return self._done
-        return self._done | jnp.pad(given.numbers.past.holds > 0.5, (0, self.total - self.n_model))
+        return self._done | jnp.pad(args.numbers.past.holds > 0.5, (0, self.total - self.n_model))
 
-    def bound(self, y: Array, given: Given) -> Inputs:
+    def bound(self, y: Array, args: RunArgs) -> Inputs:
         """The inputs with the discrete variables of a point."""
-        return self.system.carried.with_discrete(given.inputs, y[self.layout.point])
+        return self.system.carried.with_discrete(args.inputs, y[self.layout.point])
 
-    def _curved(self, t: Numbers, y: Array, given: Given) -> Array:
-        return self.system.instants.curved(t, self.bound(y, given).params)
+    def _nonlinear(self, t: Numbers, y: Array, args: RunArgs) -> Array:
+        return self.system.instants.nonlinear(t, self.bound(y, args).params)
 
-    def _stop(self, given: Given, values: dict[int, Numbers]) -> Array:
+    def _stop(self, args: RunArgs, values: dict[int, Numbers]) -> Array:
         stop = self.settings.stop
         assert stop is not None
-        value = stop(given.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
+        value = stop(args.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
         return -value if self.settings.direction is False else value
 
-    def _times(self, t: Numbers, y: Array, given: Given) -> list[tuple[Array, Array | None, np.ndarray]]:
+    def _times(self, t: Numbers, y: Array, args: RunArgs) -> list[tuple[Array, Array | None, np.ndarray]]:
         """Rows of times, their periods, and the numbers of their events, for each schedule: events that happen once
         (the period is None), and events that repeat.
         """
         events = self.system.events
         if events is None:
             return []
-        values = self._values(t, y, given, None, events.times.leaves)
+        values = self._values(t, y, args, None, events.times.leaves)
         found = events.times([values[leaf] for leaf in events.times.leaves])
         return [(*_table(schedule, found[::2], found[1::2]), schedule.numbers) for schedule in self.schedules]
 
     def _values(
-        self, t: Numbers, y: Array, given: Given, store: Segments | None, leaves: Iterable[int]
+        self, t: Numbers, y: Array, args: RunArgs, store: Segments | None, leaves: Iterable[int]
     ) -> dict[int, Numbers]:
-        return values_of(self.system, t, y[self.layout.point], given.inputs, store, leaves)
+        return values_of(self.system, t, y[self.layout.point], args.inputs, store, leaves)
 
-    def with_algebraic(self, t: Array, y: Array, given: Given, *, anew: Truth = False) -> Array:
+    def with_algebraic(self, t: Array, y: Array, args: RunArgs, *, anew: Truth = False) -> Array:
         """The vector with the algebraic unknowns of the mass-matrix form solved for its states."""
         system = self.system
         if system.solved is None:
             return y
         n = len(system.solved.nominals)
-        values = system.solved.collected(t, self._ordinary(y), given.inputs, system.algebraic, anew=anew)
+        values = system.solved.collected(t, self._ordinary(y), args.inputs, system.algebraic, anew=anew)
         return self.layout.with_part(y, slice(n, self.layout.n_states), values)
 
     def _ordinary(self, y: Array) -> Array:

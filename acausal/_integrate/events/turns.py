@@ -9,7 +9,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._numbers import Numbers
-from ..step.interval import MOST, TURN, Seen, advance, over
+from ..step.interval import MOST, TURN, PathSample, advance, over
 
 NODES = 2  # number of parts of a step at whose ends rates are evaluated, if no phase changes fast
 # Shortest part relative to the step; faster phases are only sampled. Also the width, relative to its part, to which a
@@ -38,10 +38,10 @@ class _Walk(NamedTuple):
     by `fall`. `last` is the previously evaluated point, `x` the time of the next one.
     """
 
-    node: Seen
-    low: Seen
-    high: Seen
-    last: Seen
+    node: PathSample
+    low: PathSample
+    high: PathSample
+    last: PathSample
     part: Array
     fall: Array
     narrows: Array
@@ -51,8 +51,8 @@ class _Walk(NamedTuple):
     top: Turn
 
 
-def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers, best: Array) -> Turn:
-    """The highest maximum of each function of `seen` between two times, if it exceeds the `best` value so far.
+def highest_turns(sample: Callable[[Numbers], PathSample], start: Numbers, end: Numbers, best: Array) -> Turn:
+    """The highest maximum of each function of `sample` between two times, if it exceeds the `best` value so far.
 
     Rates are evaluated at both ends and in the middle, and at more points if the phase of a sine or of a stair function
     changes fast: while the states rest, steps are longer than the periods of functions of time or of an angle. Between
@@ -62,12 +62,12 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
     n, width = len(best), end - start
     angle = 0.5 * TURN  # the square of a sine has twice its frequency
 
-    def look(walk: _Walk) -> _Walk:
-        points = jax.vmap(seen)(walk.x)
+    def evaluated(walk: _Walk) -> _Walk:
+        points = jax.vmap(sample)(walk.x)
         new = points._replace(g=jnp.diagonal(points.g), rate=jnp.diagonal(points.rate))
         return _pick(walk.narrows, narrowed(walk, new), walked(walk, new))
 
-    def walked(walk: _Walk, new: Seen) -> _Walk:
+    def walked(walk: _Walk, new: PathSample) -> _Walk:
         """The state after evaluating the end of a part, which becomes a node unless a phase changes too much on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
@@ -90,12 +90,12 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
             x=jnp.where(is_far, back, jnp.where(opens, secant, onward(new))),
         )
 
-    def onward(node: Seen) -> Array:
+    def onward(node: PathSample) -> Array:
         speed = jnp.max(jnp.where(jnp.isfinite(node.speed), jnp.abs(node.speed), 0.0), axis=1, initial=0.0)
         part = jnp.maximum(over(angle * jnp.ones(n), speed), CLOSE * width)
         return jnp.minimum(node.t + jnp.minimum(width / NODES, part), end)
 
-    def narrowed(walk: _Walk, new: Seen) -> _Walk:
+    def narrowed(walk: _Walk, new: PathSample) -> _Walk:
         """The state after an evaluation between `low` and `high`."""
         rises = new.rate > 0.0
         low, high = _pick(rises, new, walk.low), _pick(rises, walk.high, new)
@@ -128,17 +128,17 @@ def highest_turns(seen: Callable[[Numbers], Seen], start: Numbers, end: Numbers,
         return jnp.any(walk.narrows | (walk.node.t < end) | (walk.x < end))
 
     nothing, none = jnp.zeros(n), jnp.zeros(n, bool)
-    angles = jax.eval_shape(seen, start).angle.shape
+    angles = jax.eval_shape(sample, start).angle.shape
     unknown = jnp.full((n, *angles), jnp.inf)
-    point = Seen(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
-    begin = _Walk(
+    point = PathSample(jnp.full(n, start), nothing, nothing, unknown, jnp.zeros((n, *angles)), nothing)
+    first = _Walk(
         node=point, low=point, high=point, last=point, part=nothing, fall=nothing, narrows=none,
         age=jnp.zeros(n, int), x=jnp.full(n, start), best=best, top=Turn(point.t, point.t, nothing - 1.0, ~none, none),
     )  # fmt: skip
-    return jax.lax.while_loop(is_on_the_way, look, begin).top
+    return jax.lax.while_loop(is_on_the_way, evaluated, first).top
 
 
-def _within(x: Array, low: Seen, high: Seen, part: Array) -> Array:
+def _within(x: Array, low: PathSample, high: PathSample, part: Array) -> Array:
     """A time limited to the inside of an interval, so that both ends converge to a maximum near one of them."""
     least = 0.5 * CLOSE * part
     return jnp.clip(x, low.t + least, high.t - least)

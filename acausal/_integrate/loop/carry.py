@@ -7,8 +7,25 @@ from jax import Array
 from ..events.event_history import EventHistory
 from ..setup.state_vector import Vector
 from ..step.controller import Control
-from ..step.interval import Seen
-from ..step.record import StepRecord
+from ..step.interval import PathSample
+
+
+class StepRecord(NamedTuple):
+    """The first `n` steps of a run.
+
+    - `ts`, `ys`: the start and the ends of the steps in chronological order, infinite after the last one, and the
+      vectors there, after the events at the end of each step.
+    - `moments`, `befores`: the time of the first listed event at the end of each step and the vector just before it,
+      infinite if there is none.
+    - `infos`: the dense output data of each step; None if only the ends are kept.
+    """
+
+    ts: Any
+    ys: Any
+    moments: Any
+    befores: Any
+    infos: Any
+    n: Any
 
 
 class Rows(NamedTuple):
@@ -22,9 +39,9 @@ class Rows(NamedTuple):
 class Carry(NamedTuple):
     """The loop state between steps; times increase in the loop, except the model times `due`.
 
-    Relations are `armed` at the start. A relation that has changed is armed again once its crossing function has been
-    farther from zero than an error of the run; `farthest` is its largest distance at the ends of steps. `seen` holds
-    the crossing functions at the end of the last step, valid unless something has `jumped` since. `before` is the
+    Relations are `armed` at the start. A relation that has changed is armed again once its event indicator has been
+    farther from zero than an error of the run; `farthest` is its largest distance at the ends of steps. `end_sample`
+    holds the event indicators at the end of the last step, valid unless something has `jumped` since. `before` is the
     moment of the first listed event at the end of the last step and the vector just before it, infinite if there is
     none, and empty if steps are not recorded. The last `crowd` events in a row were close to the time `mark`.
     """
@@ -37,7 +54,7 @@ class Carry(NamedTuple):
     due: Array
     outcome: Array
     jumped: Array
-    seen: Seen | None
+    end_sample: PathSample | None
     mark: Array
     crowd: Array
     inner: Any

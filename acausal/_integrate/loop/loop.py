@@ -18,7 +18,7 @@ from ..step.correction import Correction, corrected, share
 from ..step.rejected import rejectable
 from ..step.span import Span
 from .carry import Carry
-from .starting import Begun
+from .loop_start import LoopStart
 from .steps import Steps
 
 CROWD = 16  # events accumulate if more than this number plus two per event are close together
@@ -29,29 +29,29 @@ EARLY = 1e-2  # fraction of a step: if a relation changes back within it, the st
 class StepLoop(Steps):
     """The time loop of a run."""
 
-    def first(self, begun: Begun) -> Carry:
+    def first(self, start: LoopStart) -> Carry:
         """The loop state before the first step, without recorded steps."""
-        y = begun.y
-        args, core = self.given.carrying(y[self.layout.carried]), self.layout.core(y)
-        dt0 = self.given.numbers.dt0
+        y = start.y
+        step_args, core = self.args.carrying(y[self.layout.carried]), self.layout.core(y)
+        dt0 = self.args.numbers.dt0
         control = self.sizes.init(
-            self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, args, self.solver
+            self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, step_args, self.solver
         )
-        first_end = self.planned(self.t0, control.wish, *self.limit(begun.due))
+        first_end = self.planned(self.t0, control.wish, *self.limit(start.due))
         inner = None
         if not self.settings.is_corrected:
-            inner = self.solver.init(self.terms, self.t0, first_end, core, args)
+            inner = self.solver.init(self.terms, self.t0, first_end, core, step_args)
         none = jnp.asarray(0)
         return Carry(
-            t=self.forward * begun.t,
+            t=self.forward * start.t,
             y=y,
-            truths=begun.truths,
-            armed=jnp.ones_like(begun.truths),
-            farthest=jnp.zeros(begun.truths.shape),
-            due=begun.due,
-            outcome=begun.outcome,
+            truths=start.truths,
+            armed=jnp.ones_like(start.truths),
+            farthest=jnp.zeros(start.truths.shape),
+            due=start.due,
+            outcome=start.outcome,
             jumped=jnp.asarray(self.events is not None),
-            seen=self.not_seen(y),
+            end_sample=self.no_sample(y),
             mark=jnp.asarray(-jnp.inf),
             crowd=none,
             inner=inner,
@@ -59,7 +59,7 @@ class StepLoop(Steps):
             failed=jnp.asarray(False),
             n_steps=none,
             n_accepted=none,
-            history=begun.history,
+            history=start.history,
             before=jnp.full(1 + self.layout.size if self.settings.keeps_steps else 0, jnp.inf),
             rows=self.no_rows(),
             record=None,
@@ -68,7 +68,7 @@ class StepLoop(Steps):
 
     def goes_on(self, c: Carry) -> Array:
         """Whether the run continues."""
-        most = self.given.numbers.most
+        most = self.args.numbers.most
         goes_on = (c.t < self.t1) & (c.outcome == 0) & ~c.failed
         return goes_on if most is None else goes_on & (c.n_steps < most)
 
@@ -93,27 +93,27 @@ class StepLoop(Steps):
 
     def body(self, c: Carry) -> Carry:
         """Takes a step and handles the events at its end."""
-        layout, given, events = self.layout, self.given, self.events
+        layout, args, events = self.layout, self.args, self.events
         t0, y0 = c.t, c.y
         carried = y0[layout.carried]
-        args = given.carrying(carried)
+        step_args = args.carrying(carried)
         instant, is_before = self.limit(c.due)
         planned = self.planned(t0, c.control.wish, instant, is_before)
-        meets = is_before & (instant <= planned + given.tick(planned))
+        meets = is_before & (instant <= planned + args.tick(planned))
         # The step ends just before an instant, where nothing has changed yet, also if the run ends at that instant.
         is_end = ~is_before & (instant <= planned)
-        early = instant - 0.5 * given.tick(instant)
+        early = instant - 0.5 * args.tick(instant)
         t1 = jnp.where(meets, early, planned - jax.lax.stop_gradient(jnp.where(is_end, planned - early, 0.0)))
 
         attempt = rejectable(self.attempt, self.settings) if self.kind.is_reversible else self.attempt
         core0 = layout.core(y0)
         where = (self.solver, t0, t1, c.jumped, c.inner)
-        core1, error, (info, work, inner, solver_failed) = attempt(core0, args, where)
+        core1, error, (info, work, inner, solver_failed) = attempt(core0, step_args, where)
         keep, control, is_stuck = self.sizes.adapted(
-            t0, t1, core0, core1, args, error, self.solver.error_order(self.terms), c.control
+            t0, t1, core0, core1, step_args, error, self.solver.error_order(self.terms), c.control
         )
         held = jax.lax.stop_gradient
-        correction = None if work is None else Correction(self.solver, held(work), args, self.settings)
+        correction = None if work is None else Correction(self.solver, held(work), step_args, self.settings)
         path_of_solver = self.solver.interpolation_cls(t0=t0, t1=t1, **info)
         path = Span(t0, t1, path_of_solver, carried, layout, correction)
         y1 = layout.joined(core1, carried)
@@ -124,15 +124,15 @@ class StepLoop(Steps):
             # The step was too long to resolve the solution just after an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
-            if np.any(events.curved):
+            if np.any(events.nonlinear):
                 keep &= ~jnp.any(jnp.isfinite(found))
                 c = c._replace(due=jnp.where(jnp.isfinite(found), found, c.due))
         t, y = settled.t, settled.y
         if self.peaks is not None:
-            new = self.peaks.renewed(path, t, y, args)
+            new = self.peaks.renewed(path, t, y, step_args)
             y = layout.with_part(y, layout.peaks, new)
         rows = self.saved(path, c, t, keep)
-        record = self.recorded(c, settled, y, keep, {"inner": info, "begin": t0, "end": t1, "carried": carried})
+        record = self.recorded(c, settled, y, keep, {"inner": info, "start": t0, "end": t1, "carried": carried})
         # A step that an event cuts short is no reason for a longer step.
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
@@ -158,55 +158,55 @@ class StepLoop(Steps):
         which equations change, up to the first of which the step must be repeated; and whether a relation that has just
         changed changes back immediately, so that the step must be shorter.
         """
-        events, given, forward = self.events, self.given, self.forward
+        events, args, forward = self.events, self.args, self.forward
         assert events is not None
         hold = jax.lax.stop_gradient
-        end, short = hold(t1), given.tick(hold(t1))
-        found = self.look(path, c, end, keep)
+        end, short = hold(t1), args.tick(hold(t1))
+        found = self.first_event(path, c, end, keep)
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = hold(instant)
         is_there = meets & (instant <= stop + 2.0 * short)
         # Just after all due times, where the equations have changed.
-        t = jnp.where(is_there, instant + given.tick(instant), stop)
+        t = jnp.where(is_there, instant + args.tick(instant), stop)
         is_due = is_there & (forward * c.due <= t)
-        new = jnp.where(found.begins & events.curved & ~is_due, forward * stop, forward * jnp.inf)
-        begins = (is_due | found.begins) & keep
+        new = jnp.where(found.triggered & events.nonlinear & ~is_due, forward * stop, forward * jnp.inf)
+        triggered = (is_due | found.triggered) & keep
         changes_back = jnp.any((found.truths != c.truths) & ~c.armed & events.of_laws)
         is_early = keep & found.is_any & changes_back & (found.t - c.t < EARLY * (end - c.t))
-        is_any = jnp.any(begins)
+        is_any = jnp.any(triggered)
         is_cut = is_any | is_partial
         before = jnp.where(found.is_any, found.before, jnp.where(is_there, instant - 0.5 * short, t))
-        moved, there = path.moving(t)
-        lag = None
+        time, there = path.moving_point(t)
+        rate_correction = None
         if events.is_searched and path.correction is not None:
-            early = path.moving(before)
+            early = path.moving_point(before)
             theta = share(*hold((path.inner, before)))
             there = corrected(path.correction, path.inner, there, found.shift[0], theta, *early)
-            lag = _lag(*hold((path, t, found.shift[1])))
-        y = self.projected(jnp.where(is_cut, moved, t1), jnp.where(is_cut, there, y1))
-        t = jnp.where(is_cut, moved, t1)
+            rate_correction = _rate_correction(*hold((path, t, found.shift[1])))
+        y = self.projected(jnp.where(is_cut, time, t1), jnp.where(is_cut, there, y1))
+        t = jnp.where(is_cut, time, t1)
 
-        approach = Approach(forward * before, forward * found.pace, lag)
-        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, begins)
+        approach = Approach(forward * before, forward * found.rates, rate_correction)
+        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered)
         # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
-        behind = jnp.where(is_there & (changed.outcome == STOPPED), given.tick(changed.t), 0.0)
+        behind = jnp.where(is_there & (changed.outcome == STOPPED), args.tick(changed.t), 0.0)
         t = changed.t + behind
-        t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * given.tick(self.t1)), self.t1, t)
+        t = jnp.where(~is_cut & (self.t1 - t <= 2.0 * args.tick(self.t1)), self.t1, t)
         # The equations may also change at the end of the run, after which no search follows.
         y = self.remembered(t, changed.y, anew=is_any | (t >= self.t1))
         armed, farthest = c.armed & (changed.truths == c.truths), c.farthest
         if events.is_searched:
             assert found.end is not None
             far = jnp.abs(found.end.g)
-            armed |= ~is_any & (far > given.back)
+            armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
-        carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, seen=found.end)
+        carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end)
         return carried, new, is_early
 
-    def happened(self, c: Carry, approach: Approach, begins: Array) -> Carry:
+    def happened(self, c: Carry, approach: Approach, triggered: Array) -> Carry:
         """The loop state after an instant, with the events that begin there and all events that they trigger."""
-        events, given, forward = self.events, self.given, self.forward
+        events, args, forward = self.events, self.args, self.forward
         assert events is not None
         log = EventHistory.empty(AT_ONCE, events.n_model)
 
@@ -215,13 +215,13 @@ class StepLoop(Steps):
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             holds = events.circuit.hold(c.truths)
             end = settle(
-                events, forward * c.t, approach, c.y, begins, c.truths, holds, due, log, given, n_before=len(c.before)
+                events, forward * c.t, approach, c.y, triggered, c.truths, holds, due, log, args, n_before=len(c.before)
             )
-            y = events.with_algebraic(end.t, end.y, given, anew=True)
-            mark, crowd, is_crowd = self.crowded(c, forward * end.t, begins)
+            y = events.with_algebraic(end.t, end.y, args, anew=True)
+            mark, crowd, is_crowd = self.crowded(c, forward * end.t, triggered)
             outcome = jnp.where(end.outcome != 0, end.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
             return dict(
-                t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, given), history=end.history,
+                t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, args), history=end.history,
                 before=end.before,
                 outcome=outcome, mark=mark, crowd=crowd,
             )  # fmt: skip
@@ -239,21 +239,21 @@ class StepLoop(Steps):
                 crowd=c.crowd,
             )
 
-        return c._replace(**jax.lax.cond(unvmap_any(jnp.any(begins)), settled, idle))
+        return c._replace(**jax.lax.cond(unvmap_any(jnp.any(triggered)), settled, idle))
 
-    def crowded(self, c: Carry, t: Array, begins: Array) -> tuple[Array, Array, Array]:
+    def crowded(self, c: Carry, t: Array, triggered: Array) -> tuple[Array, Array, Array]:
         """The start of a series of close events, their number, and whether they accumulate."""
         assert self.events is not None
         span = jnp.abs(self.t1 - self.t0)
-        happens = jnp.any(begins & ~self.events.scheduled)
+        happens = jnp.any(triggered & ~self.events.scheduled)
         is_close = jnp.abs(t - c.mark) < INTERVAL * span
         crowd = jnp.where(happens, jnp.where(is_close, c.crowd + 1, 0), c.crowd)
         mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), c.mark)
         return mark, crowd, crowd > CROWD + 2 * self.events.total
 
 
-def _lag(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
+def _rate_correction(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:
     """Correction of the rates at the first event (see `Approach`)."""
     assert path.correction is not None
-    _, pace = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
-    return jax.tree_util.Partial(Correction.lag, path.correction, pace[path.layout.states] + shift_rate)
+    _, slope = jax.jvp(path.plain, (t,), (jnp.ones_like(t),))
+    return jax.tree_util.Partial(Correction.rate_correction, path.correction, slope[path.layout.states] + shift_rate)

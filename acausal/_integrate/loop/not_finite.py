@@ -9,7 +9,7 @@ from jax import Array
 
 from ..._evaluate.observe import pairs_of
 from ..._numbers import Numbers, Truth
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from ..setup.settings import Settings
 from .carry import Carry
 
@@ -29,13 +29,13 @@ class NotFinite(NamedTuple):
     point: SavedPoint
 
 
-def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotFinite:
+def first_saved_not_finite(settings: Settings, args: RunArgs, end: Carry) -> NotFinite:
     """The first saved point at which a variable is not finite, excluding the end of the run.
 
     Parameters and discrete variables are not checked: an infinite time may mean "never".
     """
-    given, end = jax.lax.stop_gradient((given, end))
-    system, forward = settings.system, given.direction
+    args, end = jax.lax.stop_gradient((args, end))
+    system, forward = settings.system, args.forward
     none = NotFinite(jnp.asarray(False), SavedPoint(forward * end.t, end.y[settings.layout.point], jnp.asarray(True)))
     if settings.save == "end":
         return none
@@ -47,7 +47,7 @@ def first_saved_not_finite(settings: Settings, given: Given, end: Carry) -> NotF
 
     def look(carry: tuple[Array, NotFinite]) -> tuple[Array, NotFinite]:
         point = point_at(carry[0])
-        values = system.evaluate(point.t, point.y, given.inputs, pairs, anew=True)
+        values = system.evaluate(point.t, point.y, args.inputs, pairs, anew=True)
         return carry[0] + 1, NotFinite(point.is_shown & ~values.is_finite(), point)
 
     return jax.lax.while_loop(goes_on, look, (jnp.asarray(0), none))[1]

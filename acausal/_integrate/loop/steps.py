@@ -16,47 +16,46 @@ from jaxtyping import PyTree
 from ..._equinox_private import while_loop, written
 from ..._evaluate.invariants import onto_invariants
 from ..._numbers import Numbers, Truth
-from ..._reduce.instants import first
+from ..._reduce.jaxpr_instants import first
 from ..events.crossing import Found, first_crossing
 from ..events.event_history import EventHistory
 from ..events.run_events import RunEvents
-from ..setup.field import Given, vector_field
+from ..setup.field import RunArgs, vector_field
 from ..setup.pattern import jacobian_pattern
 from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
 from ..step.adjoint import LoopKind
 from ..step.controller import StepSizes, step_sizes
-from ..step.interval import Seen, seen, seen_corrected
-from ..step.record import StepRecord
+from ..step.interval import PathSample, corrected_sample, sample
 from ..step.span import Span
-from .carry import Carry, Rows
+from .carry import Carry, Rows, StepRecord
 from .peaks import Peaks
 
 
 class Steps:
     """The operations of a step, for given numbers of a run."""
 
-    def __init__(self, settings: Settings, given: Given, events: RunEvents | None, kind: LoopKind) -> None:
+    def __init__(self, settings: Settings, args: RunArgs, events: RunEvents | None, kind: LoopKind) -> None:
         self.settings, self.layout, self.system = settings, settings.layout, settings.system
-        self.given, self.events, self.kind = given, events, kind
+        self.args, self.events, self.kind = args, events, kind
         self.peaks = Peaks(settings) if settings.peaks else None
-        self.forward = given.direction
-        self.t0, self.t1 = self.forward * given.numbers.t0, self.forward * given.numbers.t1
-        self.sizes = step_sizes(settings, given)
+        self.forward = args.forward
+        self.t0, self.t1 = self.forward * args.numbers.t0, self.forward * args.numbers.t1
+        self.sizes = step_sizes(settings, args)
         self.solver = _method(settings, self.sizes, kind)
         field = vector_field(settings)
-        self.terms = diffrax.ODETerm(lambda t, y, args: args.direction * field(args.direction * t, y, args))
+        self.terms = diffrax.ODETerm(lambda t, y, args: args.forward * field(args.forward * t, y, args))
 
-    def attempt(self, core: Array, given: Given, where: tuple[Any, Array, Array, Array, Any]) -> Any:
+    def attempt(self, core: Array, args: RunArgs, where: tuple[Any, Array, Array, Array, Any]) -> Any:
         """The end of a step, its error and its other results; `where` holds the solver and its inputs other than the
         core. All numbers are arguments, because derivatives are taken with respect to arguments.
         """
         solver, t0, t1, jumped, inner = where
         if self.settings.is_corrected:
-            core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, given)
+            core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, args)
             return core, error, (info, work, None, jnp.asarray(False))
-        core, error, info, inner, result = solver.step(self.terms, t0, t1, core, given, inner, jumped)
+        core, error, info, inner, result = solver.step(self.terms, t0, t1, core, args, inner, jumped)
         failed = result != diffrax.RESULTS.successful
         return core, jnp.where(failed, jnp.inf, error), (info, None, inner, jnp.asarray(failed))
 
@@ -64,7 +63,7 @@ class Steps:
         """Projects the vector onto the invariants."""
         if not self.system.ordered.invariants:
             return y
-        new = onto_invariants(self.system, self.forward * t, y[self.layout.point], self.given.inputs)
+        new = onto_invariants(self.system, self.forward * t, y[self.layout.point], self.args.inputs)
         return self.layout.with_part(y, self.layout.states, new)
 
     def remembered(self, t: Array, y: Vector, *, anew: Truth = False) -> Vector:
@@ -72,7 +71,7 @@ class Steps:
         memory = self.layout.memory
         if not self.system.carried.memory:
             return y
-        new = self.system.with_memory(self.forward * t, y[self.layout.point], self.given.inputs, anew=anew)
+        new = self.system.with_memory(self.forward * t, y[self.layout.point], self.args.inputs, anew=anew)
         return self.layout.with_part(y, memory, new[memory])
 
     def limit(self, due: Array) -> tuple[Array, Array]:
@@ -80,54 +79,54 @@ class Steps:
         if self.events is None:
             return jnp.asarray(jnp.inf), jnp.asarray(False)
         instant = self.forward * first(due, self.forward)
-        return instant, instant < self.t1 - self.given.tick(self.t1)
+        return instant, instant < self.t1 - self.args.tick(self.t1)
 
     def planned(self, t: Array, wish: Array, instant: Array, is_before: Array) -> Array:
         """The end of a step of size `wish`, limited by the next time event and by the end of the run."""
         end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
         # Avoid a tiny step after this one.
-        return jnp.where(t + wish > end - 100.0 * self.given.tick(end), end, t + wish)
+        return jnp.where(t + wish > end - 100.0 * self.args.tick(end), end, t + wish)
 
-    def not_seen(self, y: Vector) -> Seen | None:
-        """Placeholder for the crossing functions, which are unknown before the first step."""
+    def no_sample(self, y: Vector) -> PathSample | None:
+        """Placeholder for the event indicators, which are unknown before the first step."""
         events = self.events
         if events is None or not events.is_searched:
             return None
-        read = events.margins_and_rates if self.settings.is_corrected else events.margins
-        found = jax.eval_shape(lambda t: seen(lambda t: read(t, y, self.given), t), jnp.asarray(0.0))
+        read = events.indicators_and_rates if self.settings.is_corrected else events.indicators
+        found = jax.eval_shape(lambda t: sample(lambda t: read(t, y, self.args), t), jnp.asarray(0.0))
         if self.settings.is_corrected:
             found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
         return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
 
-    def look(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
-        """Locates the first event of a step by crossing functions."""
+    def first_event(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
+        """Locates the first event of a step by event indicators."""
         assert self.events is not None
         if not self.events.is_searched:
             n = self.events.total
             no, none, nowhere = jnp.asarray(False), jnp.zeros(n, bool), jnp.zeros(n)
-            return Found(no, end, end, none, nowhere, c.truths, (), c.seen, end)
+            return Found(no, end, end, none, nowhere, c.truths, (), c.end_sample, end)
         hold = jax.lax.stop_gradient
-        path, given = hold((path, self.given))
+        path, args = hold((path, self.args))
         events, forward, correction = self.events, self.forward, path.correction
 
         def values(t: Numbers, y: Array) -> tuple[Array, Array]:
-            margins, rates = events.margins_and_rates(forward * t, y, given)
-            return margins, forward * rates
+            indicators, rates = events.indicators_and_rates(forward * t, y, args)
+            return indicators, forward * rates
 
-        def see(t: Numbers) -> Seen:
+        def see(t: Numbers) -> PathSample:
             if correction is None:
-                return seen(lambda t: events.margins(forward * t, path.plain(t), given), t)
-            return seen_corrected(values, path.plain, ft.partial(correction.error_at, path.inner), t)
+                return sample(lambda t: events.indicators(forward * t, path.plain(t), args), t)
+            return corrected_sample(values, path.plain, ft.partial(correction.error_at, path.inner), t)
 
-        assert c.seen is not None
-        start = hold(c.seen)._replace(t=hold(c.t))
+        assert c.end_sample is not None
+        start = hold(c.end_sample)._replace(t=hold(c.t))
         return first_crossing(
-            events.conditions(see, hold(end), c.armed, given),
+            events.conditions(see, hold(end), c.armed, args),
             start,
             ~c.jumped,
             c.truths,
             hold(end),
-            given.tick(end),
+            args.tick(end),
             goes,
         )
 
@@ -152,7 +151,7 @@ class Steps:
 
     def saved(self, path: Span, c: Carry, t: Array, keep: Array) -> Rows | None:
         """The rows of requested times after a step along a path, which ends at t."""
-        times = self.given.numbers.times
+        times = self.args.numbers.times
         if times is None:
             return None
         ordered = self.forward * times
@@ -171,7 +170,7 @@ class Steps:
 
     def no_rows(self) -> Rows | None:
         """Empty rows at the start of a run."""
-        times = self.given.numbers.times
+        times = self.args.numbers.times
         if times is None:
             return None
         return Rows(jnp.full(len(times), jnp.inf), jnp.full((len(times), self.layout.size), jnp.inf), jnp.asarray(0))
@@ -204,16 +203,16 @@ class Steps:
         if self.settings.save != "steps":
             carried = y[self.layout.carried]
             where = (self.solver, c.t, c.t, c.jumped, c.inner)
-            args = (self.layout.core(y), self.given.carrying(carried), where)
-            inner = eqx.filter_eval_shape(lambda: self.attempt(*args)[2][0])
-            (infos,) = empty(n, {"inner": inner, "begin": c.t, "end": c.t, "carried": carried})
+            numbers = (self.layout.core(y), self.args.carrying(carried), where)
+            inner = eqx.filter_eval_shape(lambda: self.attempt(*numbers)[2][0])
+            (infos,) = empty(n, {"inner": inner, "start": c.t, "end": c.t, "carried": carried})
         return StepRecord(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
 
     def buffers(self, c: Carry) -> PyTree:
         """The arrays that the loop fills row by row."""
         # Absent parts are not read from the carry, which may be a tree with other leaves in their place.
         found: list[PyTree] = []
-        if self.given.numbers.times is not None:
+        if self.args.numbers.times is not None:
             found += [c.rows.ts, c.rows.ys]  # pyright: ignore[reportOptionalMemberAccess]
         if self.events is not None:
             found += [c.history.times, c.history.happened]  # pyright: ignore[reportOptionalMemberAccess]

@@ -22,7 +22,7 @@ from ..._evaluate.system import System
 from ..._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
 from ..._jax_private import options
 from ..._jax_settings import programs
-from ..._reduce.required import required
+from ..._reduce.kind_requirements import required
 from ..._reduce.stated import initial_templates, templates
 
 _IMPORTED = time.time()
@@ -93,7 +93,7 @@ def contents(system: System) -> list[object]:
         )
         for holder in holders
     ]
-    functions = [] if events is None else [events.margins, events.times, events.actions]
+    functions = [] if events is None else [events.indicators, events.times, events.actions]
     return [
         *(flat.leaves, flat.n_nodes, holders, flat.across, flat.flow_sets, flat.split),
         *([] if events is None else [events.entries, events.logic]),

@@ -37,37 +37,39 @@ class Storable(Protocol):
 
     def __hash__(self) -> int: ...
 
-    def __call__(self, given: Any) -> PyTree: ...
+    def __call__(self, arguments: Any) -> PyTree: ...
 
     @property
     def name(self) -> str:
         """The prefix of its program files."""
         ...
 
-    def contents(self, given: Any) -> list[object]:
-        """Everything that determines the trace, except the library itself and the numbers. `given` holds the shapes
+    def contents(self, arguments: Any) -> list[object]:
+        """Everything that determines the trace, except the library itself and the numbers. `arguments` holds the shapes
         and types of the numbers. Raises `NoFingerprintError` if the contents cannot be determined.
         """
         ...
 
-    def followers(self, given: Any) -> "Sequence[tuple[Storable, Any]]":
-        """The functions that are called next, with the shapes of their numbers, for numbers with the shapes `given`."""
+    def followers(self, arguments: Any) -> "Sequence[tuple[Storable, Any]]":
+        """The functions that are called next, with the shapes of their numbers, for numbers with the shapes
+        `arguments`.
+        """
         ...
 
 
-def result_of(function: Storable, given: Any) -> PyTree:
+def result_of(function: Storable, arguments: Any) -> PyTree:
     """Evaluates the function by its stored program. If there is none, compiles and, if possible, stores one."""
-    return program_for(function, given)(given)
+    return program_for(function, arguments)(arguments)
 
 
-def program_for(function: Storable, given: Any) -> Callable[[Any], PyTree]:
+def program_for(function: Storable, arguments: Any) -> Callable[[Any], PyTree]:
     """The stored program of the function, if possible, for numbers of the same shapes and structure."""
-    leaves, structure = jax.tree.flatten(given)
+    leaves, structure = jax.tree.flatten(arguments)
     if within_transformation() or programs.folder is None or not _is_usual() or not all(map(_is_plain, leaves)):
         return function
     kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
     program = _program(function, structure, kinds)
-    return function if program is None else lambda given: program(jax.tree.leaves(given))
+    return function if program is None else lambda arguments: program(jax.tree.leaves(arguments))
 
 
 def _is_plain(leaf: Any) -> bool:

@@ -15,12 +15,11 @@ from ..._indices import first_true
 from ..._numbers import Truth
 from ..events.event_history import EventHistory
 from ..events.iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
-from ..loop.carry import Carry
-from ..setup.field import Given
+from ..loop.carry import Carry, StepRecord
+from ..setup.field import RunArgs
 from ..setup.options import sentences
 from ..setup.result import Result
 from ..setup.settings import Settings
-from ..step.record import StepRecord
 from .solution import Solution
 from .unresolved import are_unresolved
 
@@ -65,12 +64,12 @@ class Kept(NamedTuple):
     history: EventHistory | None
 
 
-def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> Ending:
+def end_run(settings: Settings, args: RunArgs, integrated: Integrated, wrong: Array) -> Ending:
     """The ending of a run. `wrong` is the mask of violated demands on its numbers."""
-    layout, numbers = settings.layout, given.numbers
+    layout, numbers = settings.layout, args.numbers
     y0, _, end, blurred = integrated
-    t, y, control, n = given.direction * end.t, end.y, end.control, layout.n_states
-    result, culprit = _outcome(settings, given, integrated, wrong)
+    t, y, control, n = args.forward * end.t, end.y, end.control, layout.n_states
+    result, culprit = _outcome(settings, args, integrated, wrong)
     values, times = jnp.split(y[layout.peaks], 2)
     return Ending(
         result=result,
@@ -80,7 +79,7 @@ def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array
         end=(t, y[layout.point]),
         integrals=y[layout.integrals][: settings.n_integrals],
         losses=y[layout.losses],
-        peaks=jnp.concatenate([values, given.direction * times]),
+        peaks=jnp.concatenate([values, args.forward * times]),
         errors=control.error[:n],
         largest=control.largest[:n],
         blurred=blurred,
@@ -90,9 +89,9 @@ def ended(settings: Settings, given: Given, integrated: Integrated, wrong: Array
     )
 
 
-def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) -> Solution:
+def solution_of(settings: Settings, args: RunArgs, ending: Ending, kept: Kept) -> Solution:
     """The solution, except for the parameters of the model."""
-    system, layout, numbers = settings.system, settings.layout, given.numbers
+    system, layout, numbers = settings.system, settings.layout, args.numbers
     path, record, history = kept
     return Solution(
         t1=ending.t1,
@@ -110,7 +109,7 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
         _culprit=ending.culprit,
         _not_finite=ending.end,
         _params={},
-        _inputs=read_inputs(given),
+        _inputs=read_inputs(args),
         _record=record,
         _losses=ending.losses,
         _peaks=ending.peaks,
@@ -130,9 +129,9 @@ def solution_of(settings: Settings, given: Given, ending: Ending, kept: Kept) ->
     )
 
 
-def read_inputs(given: Given) -> Inputs:
+def read_inputs(args: RunArgs) -> Inputs:
     """The inputs of the equations, without those of functions of the whole model, which the caller adds."""
-    return dataclasses.replace(given.inputs, params=ModelParameters(given.inputs.params.slots))
+    return dataclasses.replace(args.inputs, params=ModelParameters(args.inputs.params.slots))
 
 
 def with_saved(settings: Settings, ending: Ending, exists: Truth) -> Ending:
@@ -148,15 +147,17 @@ def _at_end(settings: Settings) -> Any:
     return Result.reached_end if settings.stop is None else Result.never_stopped
 
 
-def _outcome(settings: Settings, given: Given, integrated: Integrated, wrong: Array) -> tuple[Result, Array]:
+def _outcome(settings: Settings, args: RunArgs, integrated: Integrated, wrong: Array) -> tuple[Result, Array]:
     """The result, and the index of the demand, parameter, start value or block that caused a failure."""
-    system, layout, inputs = settings.system, settings.layout, given.inputs
+    system, layout, inputs = settings.system, settings.layout, args.inputs
     _, bad_starts, end, _ = integrated
-    most = settings.max_steps if given.numbers.most is None else given.numbers.most
-    t, y, why = given.direction * end.t, end.y, end.outcome
+    most = settings.max_steps if args.numbers.most is None else args.numbers.most
+    t, y, why = args.forward * end.t, end.y, end.outcome
     bound = system.carried.with_discrete(inputs, y[layout.point])
     everything = system.evaluate_all(t, y[layout.point], bound)
-    no_start = [] if given.numbers.unmet is None else [given.numbers.unmet > 0.0]  # not caused by a single value
+    no_start = (
+        [] if args.numbers.start_failed is None else [args.numbers.start_failed > 0.0]
+    )  # not caused by a single value
     rules = [  # the first rule that applies determines the result
         ([wrong], Result.bad_option),
         (system.intake.bad_values(inputs), Result.bad_parameter),
@@ -170,7 +171,7 @@ def _outcome(settings: Settings, given: Given, integrated: Integrated, wrong: Ar
         ([why == ACCUMULATED], Result.events_accumulate),
         ([end.failed & jnp.any(jnp.isnan(end.control.error))], Result.not_finite),
         ([end.failed], Result.step_too_small),
-        ([(end.n_steps >= most) & (end.t < given.direction * given.numbers.t1) & (why == 0)], Result.too_many_steps),
+        ([(end.n_steps >= most) & (end.t < args.forward * args.numbers.t1) & (why == 0)], Result.too_many_steps),
         ([why == STOPPED], Result.stopped),
     ]
     index = compiled_once(first_true([mask for masks, _ in rules for mask in masks]), t)

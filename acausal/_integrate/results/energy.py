@@ -1,8 +1,8 @@
-"""The energy account of a model, assembled from the accounts of its components."""
+"""The energy account of a run, assembled from the accounts of the components."""
 
 import dataclasses
 from collections.abc import Iterable, Iterator
-from typing import Any, NoReturn, Self
+from typing import TYPE_CHECKING, Any, NoReturn, Self
 
 import jax
 import jax.numpy as jnp
@@ -15,6 +15,11 @@ from ..._errors import unknown_part
 from ..._extras import Axes
 from ..._numbers import Numbers, Scalar
 from ..._reduce.connections import children
+from .over_run import OverRun
+from .trajectories import over_batch
+
+if TYPE_CHECKING:
+    from .solution import Solution
 
 
 def accounts(view: Node, path: str = "") -> Iterator[tuple[str, Energy]]:
@@ -119,3 +124,43 @@ class EnergyAccount:
 def _cell(value: Numbers) -> str:
     number = float(np.asarray(value))
     return f"{number:12.6g}" if number else f"{'':12}"
+
+
+def energy_of(solution: "Solution") -> EnergyAccount:
+    """See `Solution.energy`."""
+    requested = {} if solution._integrals_tree is None else solution._integrals(solution._end_integrals)["energy"]
+    integrals = requested or solution.integral(powers)
+    before, after = stored(solution._view(*solution._start)), stored(solution.final)
+    events = solution.system.events
+    losses = {} if events is None else _by_label(events.labels, solution._losses if requested else _lost(solution))
+    return EnergyAccount(
+        supplied={name: supplied for name, (_, supplied) in integrals.items()},
+        stored={name: after[name] - before[name] for name in integrals},
+        dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
+        events=losses,
+    )
+
+
+def _by_label(labels: list[str], losses: jax.Array) -> dict[str, Any]:
+    return {label: losses[..., i] for i, label in enumerate(labels)}
+
+
+def _lost(solution: "Solution") -> jax.Array:
+    """The energy lost at each event, from the recorded steps."""
+    events, record, history = solution.system.events, solution._record, solution._history
+    lost = solution._over_run(lambda s: sum(stored(s).values(), jnp.zeros(())), "energy", OverRun.lost)[0]
+    assert events is not None
+    assert record is not None
+    assert history is not None
+    is_listed = np.array([entry.is_listed for entry in events.members], bool)
+
+    def by_event(moments: jax.Array, lost: jax.Array, times: jax.Array, happened: jax.Array) -> jax.Array:
+        # An extra row for missing moments: there may be no events, or too many for a traced history.
+        times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
+        rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
+        first = jnp.argmax(happened[rows] & is_listed, axis=1)
+        taken = jnp.where(jnp.isfinite(moments) & (times[rows] != moments), jnp.nan, lost)
+        return jnp.zeros(len(is_listed)).at[first].add(taken)
+
+    moments = solution._forward[..., None] * record.moments
+    return over_batch(by_event, jnp.ndim(solution.t1))(moments, lost, history.times, history.happened)

@@ -13,12 +13,11 @@ from jax import Array
 from ..._evaluate.starts import Inputs
 from ..._numbers import Numbers
 from ..._tracing import are_traced
+from ..loop.carry import StepRecord
 from ..loop.peaks import Peak
 from ..setup.user_function import UserFunction
-from ..step.record import StepRecord
 from .reading import SHARES, Reading
-from .rows import NUMBERS
-from .trajectories import trajectories
+from .trajectories import NUMBERS, trajectories
 
 ROWS = NUMBERS[-1]  # number of rows in one evaluation of a function, if numbers are known
 POINTS = 8 * SHARES  # samples in each round of the search for a peak
@@ -46,7 +45,7 @@ class OverRun:
         places, weights = np.polynomial.legendre.leggauss(SHARES)
         steps, is_there = self._steps()
         values = self._within(steps, np.broadcast_to(0.5 * (1.0 + places), (len(steps), SHARES)))[1]
-        widths = jnp.where(is_there, self.record.ts[steps + 1] - self.record.infos["begin"][steps], 0.0)
+        widths = jnp.where(is_there, self.record.ts[steps + 1] - self.record.infos["start"][steps], 0.0)
         means = jnp.tensordot(0.5 * weights, jnp.where(is_there[:, None, None], values, 0.0), (0, 1))
         return self.forward * widths @ means
 

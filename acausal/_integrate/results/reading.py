@@ -15,14 +15,14 @@ from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._tracing import are_traced
+from ..loop.carry import StepRecord
 from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
 from ..setup.schedule import tick
 from ..setup.state_vector import StateVector, Vector
 from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation
 from ..step.correction import share, within
-from ..step.interval import LOOKS
-from ..step.record import StepRecord
+from ..step.interval import EVALUATIONS
 from ..step.span import Span
 
 AT_ONCE = 64  # steps evaluated together, which limits the memory for matrices
@@ -58,8 +58,8 @@ class Reading:
         i = xp.clip(xp.searchsorted(ts, t) - 1, 0, n - 1)
         end = ts[i + 1]
         is_there = (t >= ts[0]) & (i < record.n) & (t <= end)
-        begin = xp.where(is_there, record.infos["begin"][i], t)  # missing rows are infinite
-        theta = (t - begin) / xp.where(is_there & (end > begin), end - begin, 1.0)
+        start = xp.where(is_there, record.infos["start"][i], t)  # missing rows are infinite
+        theta = (t - start) / xp.where(is_there & (end > start), end - start, 1.0)
         ys = self.within(i, theta[:, None], record, inputs, forward)[1][:, 0]
         is_start = (t == ts[0]) & ~is_there
         return xp.where(is_there[:, None], ys, xp.where(is_start[:, None], record.ys[0], xp.nan))
@@ -72,15 +72,15 @@ class Reading:
         i, theta, steps = jax.tree.map(np.asarray, (i, theta, steps))
         blocks, more = [], SHARES - theta.shape[1]
         shares = np.pad(theta, ((0, 0), (0, more)), mode="edge")
-        for begin in range(0, len(i), STEPS):
-            rows = np.minimum(np.arange(begin, begin + STEPS), len(i) - 1)
-            given = jax.tree.map(lambda x: x[i[rows]], steps), shares[rows]  # noqa: B023
-            blocks.append([np.asarray(x)[:, : theta.shape[1]] for x in result_of(self, (*given, inputs, forward))])
+        for first in range(0, len(i), STEPS):
+            rows = np.minimum(np.arange(first, first + STEPS), len(i) - 1)
+            arguments = jax.tree.map(lambda x: x[i[rows]], steps), shares[rows]  # noqa: B023
+            blocks.append([np.asarray(x)[:, : theta.shape[1]] for x in result_of(self, (*arguments, inputs, forward))])
         ts, ys = (np.concatenate(parts)[: len(i)] for parts in zip(*blocks, strict=True))
         return ts, ys
 
-    def __call__(self, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
-        return _read(self, given)
+    def __call__(self, arguments: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
+        return _read(self, arguments)
 
     def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
         """The state vector as a function of time in a step, with stiff states corrected by the equations."""
@@ -109,7 +109,7 @@ class Reading:
             def again(shift: Array, _: None) -> tuple[Array, None]:
                 return shift + solver.error_within(path, work, theta, path.t1 - path.t0, rates(s, states + shift)), None
 
-            found = states + jax.lax.scan(again, jnp.zeros(n), None, length=LOOKS)[0]
+            found = states + jax.lax.scan(again, jnp.zeros(n), None, length=EVALUATIONS)[0]
             y = span.plain(t)
             return layout.with_part(y, layout.states, jnp.where(jnp.isfinite(found), found, y[layout.states]))
 
@@ -119,20 +119,20 @@ class Reading:
     def name(self) -> str:
         return "reading"
 
-    def contents(self, given: tuple[Any, Any, Inputs, Any]) -> list[object]:
-        return [given[2].given, digest_of(self.system), self.solver, self.layout]
+    def contents(self, arguments: tuple[Any, Any, Inputs, Any]) -> list[object]:
+        return [arguments[2].given, digest_of(self.system), self.solver, self.layout]
 
-    def followers(self, given: Any) -> tuple[()]:
+    def followers(self, arguments: Any) -> tuple[()]:
         return ()
 
 
 @ft.partial(jax.jit, static_argnums=0)
-def _read(reading: Reading, given: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
-    (infos, ends), theta, inputs, forward = given
+def _read(reading: Reading, arguments: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
+    (infos, ends), theta, inputs, forward = arguments
 
     def of_step(step: tuple[Any, Array, Array]) -> tuple[Any, Any]:
         info, end, theta = step
-        path = reading.solver.interpolation_cls(t0=info["begin"], t1=info["end"], **info["inner"])
+        path = reading.solver.interpolation_cls(t0=info["start"], t1=info["end"], **info["inner"])
         span = Span(path.t0, path.t1, path, info["carried"], reading.layout)
         t = jnp.asarray(span.t0 + theta * (end - span.t0))
         return t, jax.vmap(reading.on(span, inputs, forward))(t)

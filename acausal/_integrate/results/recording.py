@@ -8,15 +8,13 @@ import numpy as np
 
 from ..._evaluate.starts import Inputs
 from ..events.event_history import EventHistory
-from ..loop.carry import Carry
-from ..setup.field import Given
+from ..loop.carry import Carry, StepRecord
+from ..setup.field import RunArgs
 from ..setup.settings import Settings
-from ..step.record import StepRecord
 from .ending import Ending, Kept, read_inputs, solution_of, with_saved
 from .reading import Reading
-from .rows import shared
 from .solution import Solution
-from .trajectories import both_sides, first_bad_row
+from .trajectories import both_sides, first_bad_row, shared
 
 
 class Recording:
@@ -35,10 +33,10 @@ class Recording:
             assert carry.record is not None
             self.records.append(carry.record)
 
-    def solution(self, given: Given, ending: Ending, times: Any) -> Solution:
+    def solution(self, args: RunArgs, ending: Ending, times: Any) -> Solution:
         """The solution, with the values at the requested times, if any."""
-        settings, record, inputs = self.settings, self._record(), read_inputs(given)
-        forward = np.where(given.numbers.t1 < given.numbers.t0, -1.0, 1.0)
+        settings, record, inputs = self.settings, self._record(), read_inputs(args)
+        forward = np.where(args.numbers.t1 < args.numbers.t0, -1.0, 1.0)
         path = None
         if record is None:
             path = forward * np.asarray(self.last.t)[None], np.asarray(self.last.y)[None]
@@ -47,7 +45,7 @@ class Recording:
         bad = None if record is None else self._not_finite(path or _rows(record, forward), inputs)
         if bad is not None:
             ending = with_saved(settings, ending, True)
-        solution = solution_of(settings, given, ending, Kept(path, record, self._history()))
+        solution = solution_of(settings, args, ending, Kept(path, record, self._history()))
         return solution if bad is None else dataclasses.replace(solution, _not_finite=bad)
 
     def _not_finite(self, path: tuple[np.ndarray, np.ndarray], inputs: Inputs) -> tuple[Any, Any] | None:

@@ -28,20 +28,19 @@ from ..._report import report
 from ..._save_load import described
 from ..._tracing import is_traced, known
 from ..events.event_history import EventHistory
+from ..loop.carry import StepRecord
 from ..loop.peaks import Peak
 from ..programs.made_from import equations_of
 from ..setup.result import sentence
 from ..setup.state_vector import StateVector
 from ..setup.user_function import as_function, trace
-from ..step.record import StepRecord
 from .checked import checked
 from .columns import Item, columns, to_pandas, to_xarray
-from .energy import EnergyAccount, powers, stored
+from .energy import EnergyAccount, energy_of
 from .event_log import EventLog
 from .over_run import OverRun
 from .reading import Reading, within_run
-from .rows import chosen
-from .trajectories import both_sides, over_batch, trajectories
+from .trajectories import both_sides, chosen, over_batch, trajectories
 from .unresolved import unresolved
 
 M = TypeVar("M", bound=Component)
@@ -75,7 +74,7 @@ class Solution(eqx.Module, Generic[M]):
     _peaks: Array  # values, then times
     _errors: Array  # errors of the states in the last step, in tolerances
     _largest: Array  # largest absolute values of the states in the run
-    _blurred: Array  # largest crossing functions of relations within the tolerance, zero for all others
+    _blurred: Array  # largest event indicators of relations within the tolerance, zero for all others
     _unresolved: Array  # mask of states that are too small for the tolerance
     _history: EventHistory | None  # the event history
     system: System = eqx.field(static=True)
@@ -259,41 +258,7 @@ class Solution(eqx.Module, Generic[M]):
         """The energy account of the run, integrated with the states if `energy=True` was passed. Otherwise it is
         computed from the recorded steps, and all energy lost at one instant goes to the first listed event there.
         """
-        asked = {} if self._integrals_tree is None else self._integrals(self._end_integrals)["energy"]
-        integrals = asked or self.integral(powers)
-        before, after = stored(self._view(*self._start)), stored(self.final)
-        return EnergyAccount(
-            supplied={name: supplied for name, (_, supplied) in integrals.items()},
-            stored={name: after[name] - before[name] for name in integrals},
-            dissipated={name: dissipated for name, (dissipated, _) in integrals.items()},
-            events=self._lost() if asked else self._lost_in_record(),
-        )
-
-    def _lost_in_record(self) -> dict[str, Array]:
-        """The energy lost at each event, by label, from the recorded steps."""
-        events = self.system.events
-        if events is None:
-            return {}
-        lost = self._over_run(lambda s: sum(stored(s).values(), jnp.zeros(())), "energy", OverRun.lost)[0]
-        assert self._record is not None
-        assert self._history is not None
-        is_listed = np.array([entry.is_listed for entry in events.members], bool)
-
-        def by_event(moments: Array, lost: Array, times: Array, happened: Array) -> Array:
-            # An extra row for missing moments: there may be no events, or too many for a traced history.
-            times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
-            rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
-            first = jnp.argmax(happened[rows] & is_listed, axis=1)
-            taken = jnp.where(jnp.isfinite(moments) & (times[rows] != moments), jnp.nan, lost)
-            return jnp.zeros(len(is_listed)).at[first].add(taken)
-
-        moments = self._forward[..., None] * self._record.moments
-        found = over_batch(by_event, jnp.ndim(self.t1))(moments, lost, self._history.times, self._history.happened)
-        return {name: found[..., i] for i, name in enumerate(events.labels)}
-
-    def _lost(self) -> dict[str, Array]:
-        events = self.system.events
-        return {} if events is None else {n: self._losses[..., i] for i, n in enumerate(events.labels)}
+        return energy_of(self)
 
     def __getitem__(self, name: str) -> Array:
         """The trajectory of a variable or the value of a parameter by its path, such as `"stages[0].gear.ratio"`."""

@@ -15,10 +15,29 @@ from ..._evaluate.observe import observe
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
-from ..._tracing import are_traced, is_traced
+from ..._tracing import are_traced, is_traced, within_transformation
 from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
-from .rows import NUMBERS, chosen, shared
+
+NUMBERS = (128, 1024)  # larger sizes, and those inside transformations, are powers of two
+LEAST = 16
+
+
+def shared(n: int) -> np.ndarray:
+    """The indices of n rows, padded with the last index to the number of rows of a program."""
+    rounded = max(LEAST, 1 << (n - 1).bit_length())
+    if not within_transformation():
+        rounded = next((number for number in NUMBERS if number >= n), rounded)
+    return np.minimum(np.arange(rounded), n - 1)
+
+
+def chosen(rows: Array | np.ndarray, which: Any) -> Array | np.ndarray:
+    """The rows selected by an index. Known rows are selected with numpy, because jax compiles for each number of rows,
+    even for `jnp.asarray` of them.
+    """
+    if is_traced(rows) or isinstance(rows, np.ndarray):
+        return rows[which]
+    return jax.device_put(np.asarray(rows)[which])
 
 
 def both_sides(rows: Array | np.ndarray, before: Array | np.ndarray, times: np.ndarray, moments: np.ndarray) -> Any:
@@ -58,14 +77,14 @@ def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | Non
 
     Parameters and discrete variables are not checked: an infinite time may mean "never".
     """
-    begin = 0
+    first = 0
     for t, y in _blocks(ts, ys):
         values = _block(system, np.asarray(t), np.asarray(y), inputs)
         columns = [np.reshape(values[leaf], (len(t), -1)) for leaf in system.flat.variable_leaves]
         is_bad = ~np.all(np.isfinite(np.concatenate([np.zeros((len(t), 1)), *columns], axis=1)), axis=1)
         if np.any(is_bad):
-            return begin + int(np.argmax(is_bad))
-        begin += len(t)
+            return first + int(np.argmax(is_bad))
+        first += len(t)
     return None
 
 
@@ -93,13 +112,13 @@ class _Trajectories:
     def name(self) -> str:
         return "trajectories"
 
-    def __call__(self, given: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
-        return _traced(self.system, self.batch, *given)
+    def __call__(self, arguments: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
+        return _traced(self.system, self.batch, *arguments)
 
-    def contents(self, given: tuple[Any, Any, Inputs]) -> list[object]:
-        return [given[2].given, digest_of(self.system), self.batch]
+    def contents(self, arguments: tuple[Any, Any, Inputs]) -> list[object]:
+        return [arguments[2].given, digest_of(self.system), self.batch]
 
-    def followers(self, given: Any) -> tuple[()]:
+    def followers(self, arguments: Any) -> tuple[()]:
         return ()
 
 

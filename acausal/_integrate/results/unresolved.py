@@ -38,7 +38,7 @@ def are_unresolved(sizes: np.ndarray, rtol: Numbers, largest: Array, total: Arra
 
 
 def are_blurred(band: Array, back: Array, armed: Array, farthest: Array) -> Array:
-    """The largest crossing function of each relation that has changed and stayed within the error of the run (`back`)
+    """The largest event indicator of each relation that has changed and stayed within the error of the run (`back`)
     but beyond rounding (`band`); zero for all others.
     """
     return jax.lax.stop_gradient(jnp.where(~armed & (farthest <= back) & (farthest > band), farthest, 0.0))
@@ -68,9 +68,9 @@ def unresolved(solution: "Solution") -> dict[str, float]:
 def _compared(system: System) -> list[list[str]]:
     """The variables that each relation of the components reads."""
     assert system.events is not None
-    margins, leaves, found = system.events.margins, system.flat.leaves, []
-    for i, aval in enumerate(margins.closed.out_avals):
-        read = [leaves[margins.leaves[place]] for place in slice_output(margins.closed, i).used]
+    indicators, leaves, found = system.events.indicators, system.flat.leaves, []
+    for i, aval in enumerate(indicators.closed.out_avals):
+        read = [leaves[indicators.leaves[place]] for place in slice_output(indicators.closed, i).used]
         read = [leaf for leaf in read if leaf.declaration.is_variable]
         for member in range(math.prod(aval.shape)):
             found.append([leaf.name(member if leaf.count == math.prod(aval.shape) else 0) for leaf in read])

@@ -45,7 +45,9 @@ def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel) -> str:
     quantity, constants = _traced(function, flat)
     declared = [flat.leaves[i].declaration for i in quantity.leaves]
     interpreter = Interpreter()
-    (result,) = interpreter.run(quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared])
+    (result,) = interpreter.interpret(
+        quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared]
+    )
     if interpreter.problems or result.dimension is None:
         return ""
     # A dimension may have several units, such as rad/s and 1/s. The result takes the unit of the variables in the

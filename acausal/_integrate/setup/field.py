@@ -20,7 +20,7 @@ from .settings import RunNumbers, Settings
 
 @jax.tree_util.register_dataclass
 @dataclasses.dataclass
-class Given:
+class RunArgs:
     """All numbers of a run.
 
     `carried` is the part of the state vector that is constant during a step. `counted_from` is the time of largest
@@ -35,12 +35,12 @@ class Given:
     band: Any = None
     back: Any = None
 
-    def carrying(self, carried: Array) -> "Given":
+    def carrying(self, carried: Array) -> "RunArgs":
         """A copy with the carried part of the state vector attached."""
         return dataclasses.replace(self, carried=carried)
 
     @property
-    def direction(self) -> Array:
+    def forward(self) -> Array:
         """1, or -1 for a run backwards in time."""
         return jnp.where(self.numbers.t1 < self.numbers.t0, -1.0, 1.0)
 
@@ -49,7 +49,7 @@ class Given:
         return tick(t, self.numbers.t0 if self.counted_from is None else self.counted_from)
 
 
-Field = Callable[[Numbers, Array, Given], Array]
+Field = Callable[[Numbers, Array, RunArgs], Array]
 
 
 def vector_field(settings: Settings) -> Field:
@@ -57,15 +57,15 @@ def vector_field(settings: Settings) -> Field:
     system, integrand = settings.system, settings.integrand
     n = len(system.nominals)
 
-    def field(t: Numbers, core: Array, given: Given) -> Array:
-        point = jnp.concatenate([core[:n], given.carried])
+    def field(t: Numbers, core: Array, args: RunArgs) -> Array:
+        point = jnp.concatenate([core[:n], args.carried])
         if integrand is None or settings.n_integrals == 0:
-            rates = system.vector_field_and_store(t, point, given.inputs, [], watch=True)[0]
+            rates = system.vector_field_and_store(t, point, args.inputs, [], watch=True)[0]
             return jnp.concatenate([rates, jnp.zeros(settings.n_extra)])
         wanted = wanted_pairs(system, integrand.leaves)
-        rates, store = system.vector_field_and_store(t, point, given.inputs, wanted, watch=True)
-        values = values_of(system, t, point, given.inputs, store, integrand.leaves)
-        integrals = integrand(given.numbers.rates, [values[leaf] for leaf in integrand.leaves])
+        rates, store = system.vector_field_and_store(t, point, args.inputs, wanted, watch=True)
+        values = values_of(system, t, point, args.inputs, store, integrand.leaves)
+        integrals = integrand(args.numbers.rates, [values[leaf] for leaf in integrand.leaves])
         return jnp.concatenate([rates, jnp.stack(integrals)])
 
     return field

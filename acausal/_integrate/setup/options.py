@@ -131,20 +131,22 @@ def demands(system: System, numbers: RunNumbers) -> list[Demand]:
         text = f"A run cannot go back in time, to t1 before t0, because it cannot undo the event {event}"
         found.append(Demand(t1 >= t0, text, "t1"))
     if numbers.past is not None:
-        found.append(begun_late(system, numbers.past, t0, "start at that time, or pass resume=False"))
+        found.append(starts_after_past(system, numbers.past, t0, "start at that time, or pass resume=False"))
     return found
 
 
-def begun_late(system: System, past: Past, t0: Numbers, remedy: str = "start at that time", name: str = "t0") -> Demand:
+def starts_after_past(
+    system: System, past: Past, t0: Numbers, remedy: str = "start at that time", name: str = "t0"
+) -> Demand:
     """The requirement that a model with scheduled events does not start before the time of its start values."""
     text = f"The start values belong to a later time, and events before it have already fired: {remedy}"
     return Demand((t0 >= past.time - tick(past.time, t0)) | (not _counts_times(system)), text, name)
 
 
-def check_begun_late(system: System, past: Past | None, t0: Numbers, name: str = "t0") -> None:
+def check_starts_after_past(system: System, past: Past | None, t0: Numbers, name: str = "t0") -> None:
     """Raise `ModelError` for a known time before that of the start values."""
     if past is not None:
-        _check(begun_late(system, past, t0, name=name), t0)
+        _check(starts_after_past(system, past, t0, name=name), t0)
 
 
 def _is_positive(value: Numbers) -> Truth:
@@ -183,7 +185,7 @@ def _shown(value: Any) -> str:
     return f"{float(value):g}" if np.ndim(value) == 0 else str(np.asarray(value))
 
 
-def unmet(system: System, numbers: RunNumbers) -> Array:
+def violated_demands(system: System, numbers: RunNumbers) -> Array:
     """Mask of the demands that are not met."""
     return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
 
@@ -195,8 +197,8 @@ def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
 
 def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
     """The numbers, replaced by those of a run of zero length if they are wrong. `dt0` takes the sign of the run."""
-    given = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
-    safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in given.items()}
+    options = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
+    safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in options.items()}
     if "dt0" in safe:
         safe["dt0"] = jnp.where(safe["t1"] < safe["t0"], -safe["dt0"], safe["dt0"])
     return dataclasses.replace(numbers, **safe)

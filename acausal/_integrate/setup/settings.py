@@ -37,7 +37,7 @@ class Settings:
     max_steps: int
     max_events: int
     progress: diffrax.AbstractProgressMeter
-    is_started: bool = False  # past events, and those that set modes at the start, have fired
+    is_initialised: bool = False  # past events, and those that set modes at the start, have fired
     is_resumed: bool = False  # events due before the start, or true there, have fired
     is_search: bool = False  # events that set more than discrete variables are left to the run
 
@@ -81,10 +81,10 @@ class Settings:
         )
 
     @property
-    def read_by_margins(self) -> set[int]:
+    def read_by_indicators(self) -> set[int]:
         """The leaves that the event margins read."""
         events = self.system.events
-        return {leaf for part in (events and events.margins, self.stop) if part for leaf in part.leaves}
+        return {leaf for part in (events and events.indicators, self.stop) if part for leaf in part.leaves}
 
     @ft.cached_property
     def is_corrected(self) -> bool:
@@ -94,7 +94,7 @@ class Settings:
         system = self.system
         if not isinstance(self.solver, AbstractRosenbrock) or not len(system.nominals):
             return False
-        leaves = self.read_by_margins | set(self.peaks.leaves if self.peaks else ())
+        leaves = self.read_by_indicators | set(self.peaks.leaves if self.peaks else ())
         read = pairs_of(system, [leaf for leaf in leaves if system.flat.is_variable(leaf)])
         return self.save == "times" or not set(read) <= set(system.states)
 
@@ -130,6 +130,6 @@ class RunNumbers:
     peaks: list[Numbers]  # constants in the functions of the peaks
     stored: list[Numbers]  # constants in the stored energy
     most: Numbers | None = None  # maximum number of steps, if it differs from that of the program
-    unmet: Numbers | None = None  # 1 if no start values satisfy the initial equations of components, else 0
+    start_failed: Numbers | None = None  # 1 if no start values satisfy the initial equations of components, else 0
     past: Past | None = None  # event history before the run
     dtmax: Array | None = None

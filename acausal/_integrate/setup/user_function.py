@@ -65,16 +65,18 @@ VARIABLES = "the variables, s"
 DERIVATIVES = "their derivatives, d"
 
 
-def as_function(value: object, what: str, given: Sequence[str] = (VARIABLES,)) -> Callable[..., PyTree]:
-    """Validates a user function that is called with the `given` arguments."""
+def as_function(value: object, what: str, arguments: Sequence[str] = (VARIABLES,)) -> Callable[..., PyTree]:
+    """Validates a user function that is called with the `arguments`."""
     if not callable(value):
         raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
     with contextlib.suppress(ValueError):  # not every callable has a signature
         signature = inspect.signature(value)
         try:
-            signature.bind(*given)
+            signature.bind(*arguments)
         except TypeError as error:
-            raise ModelError(f"{what} is called with {' and '.join(given)}, but takes {signature}: {error}.") from None
+            raise ModelError(
+                f"{what} is called with {' and '.join(arguments)}, but takes {signature}: {error}."
+            ) from None
     return value
 
 

@@ -5,17 +5,21 @@ from typing import Any, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 
 from ..._declare.component import Component
 from ..._declare.layout import complete_leaves, with_leaves
-from ..._declare.past import past_of, with_past
+from ..._declare.past import Past, past_of, with_past
 from ..._evaluate.building import check_structure, system_of
+from ..._evaluate.packing import ModelParameters
+from ..._evaluate.system import System
+from ..._numbers import Numbers
 from ..._progress import compiling
 from ..._tracing import is_traced
-from ..setup.options import check_begun_late, flag, instant, names_of
+from ..setup.options import check_starts_after_past, flag, instant, names_of
 from .no_start import report_no_start
-from .problem import Conditions, problem_of
-from .start_search import search_start
+from .problem import Conditions, Problem, problem_of
+from .start_search import Outcome, search_start
 from .trim import trimmed_leaves
 
 M = TypeVar("M", bound=Component)
@@ -67,7 +71,6 @@ def initialise(
     """
     system, t0 = system_of(model), instant(t0, "t0")
     leaves, _ = complete_leaves(model)
-    trimmed = trimmed_leaves(model, names_of(solve_for, "solve_for"))
     problem, constants = problem_of(
         system,
         leaves,
@@ -76,21 +79,63 @@ def initialise(
         moving=moving,
         free=free,
         strict=flag(strict, "strict"),
-        trimmed=trimmed,
+        trimmed=trimmed_leaves(model, names_of(solve_for, "solve_for")),
     )
-    check_begun_late(system, past_of(model), t0)
+    check_starts_after_past(system, past_of(model), t0)
+    easy = None
     if easier is not None:
         check_structure(easier, system, "The easier model")
-    system.intake.check(leaves)
-    params = system.intake.enforced(system.intake.parameters(leaves))
-    easy = None if easier is None else system.intake.enforced(system.intake.parameters(complete_leaves(easier)[0]))
-    starts = system.intake.starts.pack(leaves)
+        easy = system.intake.enforced(system.intake.parameters(complete_leaves(easier)[0]))
     with compiling("the start", model, search_start):
-        outcome, new = search_start(problem, params, easy, starts, jnp.asarray(t0), constants, past_of(model))
-    if flag(throw, "throw") and not is_traced(outcome.is_bad) and not np.ndim(outcome.is_bad):
-        report_no_start(problem, outcome, leaves, new, t0)
-    else:  # a factor, so that the derivatives are NaN too
+        outcome, new = _searched(problem, constants, leaves, t0, past_of(model), flag(throw, "throw"), easy)
+    if not throw or _is_unknown(outcome):  # a factor, so that the derivatives are NaN too
         factor = jnp.where(outcome.is_bad, jnp.nan, 1.0)
         new = {i: factor * value for i, value in new.items()}
-    started = with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
-    return with_past(started, outcome.past)
+    initialised = with_leaves(model, [new.get(i, leaf) for i, leaf in enumerate(leaves)])
+    return with_past(initialised, outcome.past)
+
+
+def initialised_leaves(
+    system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
+) -> tuple[list[Numbers | None], Array | None]:
+    """The leaves of a model with start values that satisfy the initial equations of its components, and 1 if there are
+    none, else 0.
+
+    Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
+    the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
+    """
+    system = system.solved or system
+    check_starts_after_past(system, past, t0)
+    problem, constants = problem_of(system, list(leaves))
+    outcome, new = _searched(problem, constants, leaves, t0, past, throw)
+    starts = [leaf.declaration.start for leaf in system.flat.leaves]
+    before = [starts[i] if leaf is None else leaf for i, leaf in enumerate(leaves)]
+    found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
+    return found, jnp.where(outcome.is_bad, 1.0, 0.0)
+
+
+def _searched(
+    problem: Problem,
+    constants: list[Numbers],
+    leaves: Sequence[Numbers | None],
+    t0: Any,
+    past: Past | None,
+    throw: bool,
+    easy: ModelParameters | None = None,
+) -> tuple[Outcome, dict[int, Any]]:
+    """The outcome of the search and the new values of leaves by number. Raises `SimulationError` for a failed search
+    with known numbers if `throw`.
+    """
+    intake = problem.system.intake
+    intake.check(leaves)
+    params = intake.enforced(intake.parameters(leaves))
+    t0 = jnp.asarray(t0, float)
+    outcome, new = search_start(problem, params, easy, intake.starts.pack(leaves), t0, constants, past)
+    if throw and not _is_unknown(outcome):
+        report_no_start(problem, outcome, leaves, new, t0)
+    return outcome, new
+
+
+def _is_unknown(outcome: Outcome) -> bool:
+    """Whether the outcome is traced or that of a batch."""
+    return is_traced(outcome.is_bad) or np.ndim(outcome.is_bad) > 0

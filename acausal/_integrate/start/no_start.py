@@ -41,12 +41,12 @@ def report_no_start(
     if np.any(outcome.refused):
         assert events is not None
         raise SimulationError(f"The start values found are invalid. {events.refusal(int(np.argmax(outcome.refused)))}")
-    if np.any(outcome.unmet):
+    if np.any(outcome.violated):
         system = problem.system
         values = system.intake.parameters([outcome.params.get(i, leaf) for i, leaf in enumerate(leaves)])
-        told = system.intake.requirements.told(int(np.argmax(outcome.unmet)), system.intake.packed(values))
+        violation = system.intake.requirements.violation(int(np.argmax(outcome.violated)), system.intake.packed(values))
         raise SimulationError(
-            f"The conditions lead to an inadmissible parameter value: {told} Remedy: other conditions, an initial "
+            f"The conditions lead to an inadmissible parameter value: {violation} Remedy: other conditions, an initial "
             "guess closer to an admissible value, or other parameters in solve_for."
         )
     if problem.strict and np.any(outcome.is_open):

@@ -96,20 +96,22 @@ class Problem:
         system, (inputs, t0, constants, _) = self.system, values
         params = inputs.params.leaves
         y, initial = x[system.constraints.states], system.initial_equations
-        seen, rates = {}, {}
+        observed, rates = {}, {}
         parts = [jnp.zeros(0)]
         if self.rests:
             parts.append(system.vector_field(t0, y, inputs)[np.array(self.rests)])
         leaves, moving = self._read
         if leaves or moving:
-            seen, rates = observe_with_rates(system, t0, y, inputs, leaves, moving)
+            observed, rates = observe_with_rates(system, t0, y, inputs, leaves, moving)
         if initial is not None:
-            parts.append(initial.residuals(params, seen, rates))
+            parts.append(initial.residuals(params, observed, rates))
         if self.given_unknowns:
             parts.append(lack_of_given(system, t0, y, inputs, self.given_unknowns))
         if self.conditions is not None and self.names:
             n = len(system.flat.own_leaves)
-            read = [rates[i - n] if i >= n else seen[i] if i in seen else params[i] for i in self.conditions.leaves]
+            read = [
+                rates[i - n] if i >= n else observed[i] if i in observed else params[i] for i in self.conditions.leaves
+            ]
             parts.append(jnp.stack(self.conditions(constants, read)))
         return jnp.concatenate(parts)
 

@@ -85,7 +85,7 @@ class Search:
     def found(self, best: Array, x0: Array, numbers: PyTree) -> NearestPoint:
         """The point that `best` found, as an implicit function of x0 and numbers."""
         moves, held = self._scale > 0, self._held(x0, numbers)
-        z = self._moved(best, held[0])
+        z = self._distance(best, held[0])
         slopes, final = jax.jacfwd(self._measured)(z, held), self._measured(z, held)
         violation = jnp.max(jnp.abs(final), initial=0.0)
         x = self._nearest(z, x0, numbers, held[2])
@@ -95,13 +95,13 @@ class Search:
     def followed(self, best: Array, x0: Array, numbers: PyTree) -> Array:
         """The end point of `best`, differentiable in x0 and numbers even if the conditions are not satisfied."""
         held = self._held(x0, numbers)
-        return self._nearest(self._moved(best, held[0]), x0, numbers, held[2])
+        return self._nearest(self._distance(best, held[0]), x0, numbers, held[2])
 
     def _held(self, x0: Array, numbers: Array) -> PyTree:
         x0, numbers = jax.lax.stop_gradient((x0, numbers))
         return x0, numbers, self._rows(x0, numbers)
 
-    def _moved(self, x: Array, x0: Array) -> Array:
+    def _distance(self, x: Array, x0: Array) -> Array:
         """The distance of x from x0, in the scale of each unknown; zero for fixed unknowns."""
         return jnp.where(self._scale > 0, (x - x0) / np.where(self._scale > 0, self._scale, 1.0), 0.0)
 

@@ -18,12 +18,12 @@ from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._indices import joined
 from ..._numbers import Numbers
-from ..loop.starting import start_of
-from ..setup.field import Given
-from ..setup.options import begun_late
-from .modes import Solver, modes_at
+from ..loop.loop_start import event_start
+from ..setup.field import RunArgs
+from ..setup.options import starts_after_past
 from .problem import Problem, Values
 from .search import NearestPoint, Search, is_met
+from .start_modes import Solver, modes_at
 
 OPEN = 1e-6  # freedom above which a state counts as undetermined
 # The initial guesses of unknown parameters are scaled by 1, 2, 1/2, 4, 1/4, ... until the search succeeds.
@@ -39,7 +39,7 @@ class Outcome(NamedTuple):
     happen: Array
     refused: Array
     is_open: Numbers
-    unmet: Array
+    violated: Array
     params: Mapping[int, Numbers]  # parameters found, by number
     is_bad: Array
     past: Past | None
@@ -140,14 +140,14 @@ def search_start(
     def followed(best: Ends, discrete: Array) -> Ends:
         return searches.followed(best, x0, unknowns, values.in_modes(system, discrete))
 
-    def at(best: Ends, given: Given) -> tuple[Array, Given]:
-        return best.whole[states], trim.given(best.whole, jax.lax.stop_gradient(sizes), given)
+    def at(best: Ends, args: RunArgs) -> tuple[Array, RunArgs]:
+        return best.whole[states], trim.run_args(best.whole, jax.lax.stop_gradient(sizes), args)
 
     if system.events is None:
         best, discrete, happen, refused = root(None)[0], None, jnp.zeros(0, bool), jnp.zeros(0, bool)
         new_past = None
     else:
-        start = start_of(system, t0, x0[states], inputs, past, is_search=True)
+        start = event_start(system, t0, x0[states], inputs, past, is_search=True)
         x0 = placed(x0, states, start.states)  # past events also set states
         best, discrete, happen, refused, holds = modes_at(start, t0, Solver(root, followed, at))
         new_past = Past(jnp.asarray(t0, float), holds.astype(float))
@@ -155,13 +155,13 @@ def search_start(
     found = searches.found(best, x0, unknowns, values)
     values = values.at(trim, found.x)
     is_open = np.append(system.constraints.is_state, np.ones(trim.count) > 0) & (found.freedom > OPEN)
-    unmet = joined(system.intake.requirements.broken(values.inputs.params) if trim.leaves else [])
+    violated = joined(system.intake.requirements.broken(values.inputs.params) if trim.leaves else [])
     is_bad = ~(found.violation <= CLOSE)
-    is_bad |= jnp.any(happen) | jnp.any(refused) | jnp.any(unmet) | (problem.strict & jnp.any(is_open))
+    is_bad |= jnp.any(happen) | jnp.any(refused) | jnp.any(violated) | (problem.strict & jnp.any(is_open))
     if past is not None:
-        is_bad |= ~begun_late(system, past, t0).holds
+        is_bad |= ~starts_after_past(system, past, t0).holds
     y = found.x[states]
     new = dict(zip(problem.wanted, observe(system, t0, y, values.inputs, problem.wanted), strict=True))
     trimmed = trim.values(found.x, sizes)
-    outcome = Outcome(found, happen, refused, is_open, unmet, trimmed, is_bad, new_past)
+    outcome = Outcome(found, happen, refused, is_open, violated, trimmed, is_bad, new_past)
     return outcome, new | trimmed | system.carried.discrete_values(y, values.inputs)

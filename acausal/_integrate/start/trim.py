@@ -17,7 +17,7 @@ from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._reduce.nominal import nominal_size
-from ..setup.field import Given
+from ..setup.field import RunArgs
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,9 +78,9 @@ class Trim:
         params = self.system.intake.packed(inputs.params.changed(self.values(x, sizes)))
         return dataclasses.replace(inputs, params=params)
 
-    def given(self, x: Array, sizes: Array, given: Given) -> Given:
+    def run_args(self, x: Array, sizes: Array, args: RunArgs) -> RunArgs:
         """A copy of the numbers of a run with the parameters from the unknowns."""
-        return dataclasses.replace(given, inputs=self.applied(x, sizes, given.inputs))
+        return dataclasses.replace(args, inputs=self.applied(x, sizes, args.inputs))
 
 
 def trimmed_leaves(model: Component, names: Sequence[str]) -> tuple[int, ...]:

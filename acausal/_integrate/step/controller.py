@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._numbers import Numbers
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from ..setup.settings import Settings
 
 PER_OCTAVE = 4
@@ -45,7 +45,7 @@ class StepSizes(eqx.Module):
 
     pid: diffrax.PIDController
     sizes: Any
-    begin: Any
+    run_start: Any
     shortest: Any  # None: `LOST` times the time since the start, or the time resolution if that is larger
     longest: Any
 
@@ -74,9 +74,9 @@ class StepSizes(eqx.Module):
         scale, held = jnp.abs(core0) * self.pid.rtol + self.pid.atol, jax.lax.stop_gradient
         largest = jnp.maximum(before.largest, jnp.where(keep, jnp.abs(y1), 0.0))
         total = before.total + jnp.where(keep, error, 0.0)
-        told = jnp.where(is_finite, error / scale, jnp.nan)
-        control = Control(inner, held(wish), held(told), held(largest), held(total))
-        lost = jnp.maximum(LOST * (t0 - self.begin), args.tick(t0))
+        scaled_error = jnp.where(is_finite, error / scale, jnp.nan)
+        control = Control(inner, held(wish), held(scaled_error), held(largest), held(total))
+        lost = jnp.maximum(LOST * (t0 - self.run_start), args.tick(t0))
         shortest = lost if self.shortest is None else self.shortest
         return jnp.asarray(keep), control, wish < shortest
 
@@ -84,11 +84,11 @@ class StepSizes(eqx.Module):
         return jax.lax.stop_gradient(jnp.minimum(on_grid(width), self.longest))
 
 
-def step_sizes(settings: Settings, given: Given) -> StepSizes:
+def step_sizes(settings: Settings, args: RunArgs) -> StepSizes:
     """The step size controller, with absolute tolerances from the typical sizes of the variables."""
-    numbers, nominals = given.numbers, settings.system.nominals
+    numbers, nominals = args.numbers, settings.system.nominals
     pid = diffrax.PIDController(numbers.rtol, numbers.rtol * sizes_of(settings), norm=root_mean_square)
-    begin = given.direction * numbers.t0
+    begin = args.forward * numbers.t0
     return StepSizes(pid, nominals, begin, numbers.dtmin, jnp.inf if numbers.dtmax is None else numbers.dtmax)
 
 

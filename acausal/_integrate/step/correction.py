@@ -12,7 +12,7 @@ from jaxtyping import PyTree
 
 from ..._numbers import Numbers
 from ..._tangents import array_of, pushed
-from ..setup.field import Given, vector_field
+from ..setup.field import RunArgs, vector_field
 from ..setup.settings import Settings
 from ..setup.state_vector import Vector
 from ..solvers._rosenbrock import AbstractRosenbrock, RosenbrockInterpolation, Work
@@ -25,13 +25,13 @@ class Correction(eqx.Module):
 
     solver: AbstractRosenbrock
     work: Work
-    given: Given  # with the values held during the step
+    args: RunArgs  # with the values held during the step
     settings: Settings = eqx.field(static=True)
 
     def rates(self, t: Numbers, y: Vector) -> Array:
         """Rates of the states at a point."""
-        layout, forward = self.settings.layout, self.given.direction
-        return forward * vector_field(self.settings)(forward * t, layout.core(y), self.given)[layout.states]
+        layout, forward = self.settings.layout, self.args.forward
+        return forward * vector_field(self.settings)(forward * t, layout.core(y), self.args)[layout.states]
 
     def error(self, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, rates: Array) -> Array:
         """Correction of the states at the relative position `theta`, for the `rates` by the equations there."""
@@ -47,16 +47,16 @@ class Correction(eqx.Module):
         """Correction of the states y of the dense output at t."""
         return self.error_at(inner, t, self.rates(t, y))
 
-    def moved(self, y: Vector, shift: Array) -> Vector:
+    def shifted(self, y: Vector, shift: Array) -> Vector:
         """The vector with `shift` added to its states."""
         states = self.settings.layout.states
         return self.settings.layout.with_part(y, states, y[states] + shift)
 
-    def lag(self, pace: Array, rates: Vector) -> Vector:
+    def rate_correction(self, pace: Array, rates: Vector) -> Vector:
         """Correction of the rates of the vector, in the time of the model, if the dense output has the slope `pace`.
         The rates of stiff components by the equations amplify the errors of these components.
         """
-        layout, forward = self.settings.layout, self.given.direction
+        layout, forward = self.settings.layout, self.args.forward
         core = self._core(forward * pace - rates[layout.states])
         # Algebraic unknowns of the mass-matrix form have no rates.
         stiff = self.solver.mass_times(self.solver.of_stiff(self.work.factors, core))[layout.states]
@@ -92,7 +92,7 @@ def corrected(
     and the vector of y, or slightly earlier ones if the equations have a kink at y.
     """
     del inner, theta, t, point
-    return correction.moved(y, shift)
+    return correction.shifted(y, shift)
 
 
 @ft.partial(corrected.defjvp, symbolic_zeros=True)
@@ -101,11 +101,11 @@ def _derivative(primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[
     of_course, of_inner, of_y, _, of_share, of_time, of_point = tangents
 
     def lacking(
-        given: Given, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, t: Numbers, y: Vector
+        args: RunArgs, inner: diffrax.AbstractLocalInterpolation, theta: Numbers, t: Numbers, y: Vector
     ) -> Array:
-        return correction.error(inner, theta, eqx.tree_at(lambda c: c.given, correction, given).rates(t, y))
+        return correction.error(inner, theta, eqx.tree_at(lambda c: c.args, correction, args).rates(t, y))
 
-    place, dy = correction.moved(point, shift), jnp.asarray(array_of(of_y))
-    moving = (of_course.given, of_inner, of_share, of_time, jnp.asarray(array_of(of_point)))
-    _, change = pushed(lacking, (correction.given, inner, theta, t, place), moving)
-    return correction.moved(y, shift), correction.moved(dy, change)
+    place, dy = correction.shifted(point, shift), jnp.asarray(array_of(of_y))
+    moving = (of_course.args, of_inner, of_share, of_time, jnp.asarray(array_of(of_point)))
+    _, change = pushed(lacking, (correction.args, inner, theta, t, place), moving)
+    return correction.shifted(y, shift), correction.shifted(dy, change)

@@ -14,11 +14,11 @@ from ..._reduce.angles import with_angles
 
 TURN = 0.5 * math.pi  # largest change of the fastest phase on a part of a step, so that no half-wave is missed
 MOST = 200  # limit on the evaluations of one search; bisection safeguards it, so a longer search would never end
-LOOKS = 2  # evaluations per time on a corrected path; with one matrix, more of them would not converge everywhere
+EVALUATIONS = 2  # evaluations per time on a corrected path; with one matrix, more of them would not converge everywhere
 
 
-class Seen(NamedTuple):
-    """Crossing functions `g` and their phases at a time, the rates of both, and the sum of the step numbers of stair
+class PathSample(NamedTuple):
+    """Event indicators `g` and their phases at a time, the rates of both, and the sum of the step numbers of stair
     functions such as floor. If the path is corrected, `shift` is the correction of the states and its rate.
     """
 
@@ -31,39 +31,39 @@ class Seen(NamedTuple):
     shift: tuple[Array, ...] = ()
 
 
-def seen(margins: Callable[[Array], PyTree], t: Numbers) -> Seen:
+def sample(functions: Callable[[Array], PyTree], t: Numbers) -> PathSample:
     """The functions and their phases at a time."""
-    here, rates = jax.jvp(with_angles(margins), (t,), (jnp.ones_like(t),))
-    return Seen(t, here.value, rates.value, here.angles, rates.angles, here.steps)
+    here, rates = jax.jvp(with_angles(functions), (t,), (jnp.ones_like(t),))
+    return PathSample(t, here.value, rates.value, here.angles, rates.angles, here.steps)
 
 
-def seen_corrected(
+def corrected_sample(
     values: Callable[[Numbers, Array], tuple[Array, Array]],
     path: Callable[[Array], Array],
     error: Callable[[Array, Array], Array],
     t: Numbers,
-) -> Seen:
+) -> PathSample:
     """The functions and their phases at a time on a path whose states need the correction `error(t, rates)`.
 
-    `values` gives the crossing functions and the rates of the states at a point. It is compiled once, and evaluated
+    `values` gives the event indicators and the rates of the states at a point. It is compiled once, and evaluated
     first on the uncorrected path and then at the corrected states.
     """
     y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
 
-    def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Seen]:
+    def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], PathSample]:
         n = len(shift[0])
-        place, pace = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
-        here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), pace))
+        place, slope_there = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
+        here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), slope_there))
         lacking = jax.jvp(error, (t, here.value[1]), (jnp.ones_like(t), rates.value[1]))
         following = shift[0] + lacking[0], shift[1] + lacking[1]
-        return following, Seen(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
+        return following, PathSample(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
 
     nothing = jnp.zeros(jax.eval_shape(values, t, y)[1].shape)
-    _, looks = jax.lax.scan(again, (nothing, nothing), None, length=LOOKS)
-    return jax.tree.map(lambda x: x[-1], looks)
+    _, samples = jax.lax.scan(again, (nothing, nothing), None, length=EVALUATIONS)
+    return jax.tree.map(lambda x: x[-1], samples)
 
 
-def advance(low: Seen, high: Seen) -> Array:
+def advance(low: PathSample, high: PathSample) -> Array:
     """Change of the fastest phase on an interval: the difference between its ends, or the width times the smaller rate
     at the ends if that is larger, because a phase may go back and forth.
     """

@@ -9,12 +9,12 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import PyTree
 
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from ..setup.settings import Settings
 from .controller import is_rejected
 
 # A step: maps the core of the vector and the numbers of the run to its end, its error and its other results.
-Attempt = Callable[[Array, Given, PyTree], tuple[Array, Array, PyTree]]
+Attempt = Callable[[Array, RunArgs, PyTree], tuple[Array, Array, PyTree]]
 
 
 def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
@@ -25,9 +25,9 @@ def rejectable(attempt: Attempt, settings: Settings) -> Attempt:
     tangents, and by transposition the cotangents, of the arguments and the outcome of a rejected step are set to zero.
     """
 
-    def counts(args: tuple[Array, Given, PyTree], outcome: tuple[Array, Array, PyTree]) -> Array:
-        core, given, _ = args
-        return ~is_rejected(settings, *jax.lax.stop_gradient((given.numbers.rtol, core, *outcome[:2])))
+    def counts(arguments: tuple[Array, RunArgs, PyTree], outcome: tuple[Array, Array, PyTree]) -> Array:
+        core, args, _ = arguments
+        return ~is_rejected(settings, *jax.lax.stop_gradient((args.numbers.rtol, core, *outcome[:2])))
 
     return _masked(lambda *args: _harmless(*attempt(*args)), counts)
 

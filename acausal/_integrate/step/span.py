@@ -39,22 +39,22 @@ class Span(diffrax.AbstractLocalInterpolation):
         """State at a time by the solver's own dense output, without correction."""
         return self.layout.joined(self.inner.evaluate(t, left=left), self.carried)
 
-    def moving(self, t: Numbers) -> tuple[Numbers, Vector]:
+    def moving_point(self, t: Numbers) -> tuple[Numbers, Vector]:
         """The time t, which moves with the ends of the step, and the vector there. Derivatives of a vector at a fixed
         time would contain a division by the length of the step, which may be tiny.
         """
         ends = jax.lax.stop_gradient((self.inner.t0, self.inner.t1))
         held = eqx.tree_at(lambda span: (span.inner.t0, span.inner.t1), self, ends)
-        return self.moved(t), held.plain(t)
+        return self.moving_time(t), held.plain(t)
 
-    def moved(self, t: Numbers) -> Numbers:
+    def moving_time(self, t: Numbers) -> Numbers:
         """The time t, with the derivatives of a point that moves with the ends of the step."""
         inner = self.inner
         start, end = jax.lax.stop_gradient((inner.t0, inner.t1))
         theta = share(jax.lax.stop_gradient(inner), t)
         return t + (1 - theta) * (inner.t0 - start) + theta * (inner.t1 - end)
 
-    def place(self, t: Numbers) -> Numbers:
+    def fixed_time(self, t: Numbers) -> Numbers:
         """The inverse of `moved`."""
         inner = self.inner
         start, end = jax.lax.stop_gradient((inner.t0, inner.t1))

@@ -5,8 +5,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from .first_order import OPTIMAL, Multipliers, multipliers_of, residual, stationarity
-from .point import Bounds, Point, PointAt
+from .first_order import OPTIMAL, Bounds, Multipliers, Point, PointAt, multipliers_of, residual, stationarity
 from .second_order import CLOSE, STEP, Eigenpair, Quadratic
 
 ROUGH = 1e-3  # relative difference of one-sided curvatures within the error of differences

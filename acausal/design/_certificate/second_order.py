@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import linalg
 
-from .first_order import ACTIVE, DEPENDENT, Multipliers, stationarity
-from .point import Bounds, Point, PointAt
+from .first_order import ACTIVE, DEPENDENT, Bounds, Multipliers, Point, PointAt, stationarity
 
 STEP = 1e-3  # step of scaled variables for differences of gradients
 CLOSE = 1e-9  # scaled slope or multiplier that counts as zero

@@ -152,7 +152,7 @@ class Choice(Generic[M]):
 
         `beside` adds a `Design` or values of the objectives for comparison, or several of these by name.
         """
-        from .plots import plot_choice
+        from .choice_plots import plot_choice
 
         named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
         values = {

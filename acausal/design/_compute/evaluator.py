@@ -16,7 +16,7 @@ from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
-from ..._evaluate.requirements import are_met, in_range
+from ..._evaluate.model_requirements import are_met, in_range
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
@@ -66,16 +66,16 @@ class Evaluator:
         self.owners: tuple[str, ...] = ()  # name of the function of each value
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
         self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
-        self._seen: dict[bytes, Evaluation] = {}
+        self._evaluated: dict[bytes, Evaluation] = {}
         self._compiled = eqx.filter_jit(self._with_jacobian)
 
     def __call__(self, x: np.ndarray) -> Evaluation:
         """The evaluation at some values; cached."""
         x = np.array(x, float)
         key = x.tobytes()
-        if key not in self._seen:
-            self._seen[key] = self._evaluate(x)
-        return self._seen[key]
+        if key not in self._evaluated:
+            self._evaluated[key] = self._evaluate(x)
+        return self._evaluated[key]
 
     def _evaluate(self, x: np.ndarray) -> Evaluation:
         began = time.perf_counter()
@@ -93,7 +93,7 @@ class Evaluator:
 
     def idle(self, rows: Iterable[int]) -> np.ndarray:
         """Marks variables with zero derivatives of some results in all evaluations."""
-        slopes = [found.jacobian[list(rows)] for found in list(self._seen.values()) if found.is_good]
+        slopes = [found.jacobian[list(rows)] for found in list(self._evaluated.values()) if found.is_good]
         return ~np.any(np.concatenate(slopes), axis=0)
 
     def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:

@@ -56,7 +56,7 @@ class Course(Generic[M]):
 
         `items` and `units` are those of `Solution.plot`. A free signal is in the unit of its bounds.
         """
-        from .plots import plot_course
+        from .course_plots import plot_course
 
         return plot_course(self, items, units)
 

@@ -16,7 +16,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
-from ..._analyse.point import operating_point
+from ..._analyse.operating_point import operating_point
 from ..._declare.annotations import Param, Scalar, Vector, positive
 from ..._declare.by_name import replace
 from ..._declare.component import Component
@@ -88,19 +88,19 @@ class Shooting:
         times, model = self.times(horizon), self.model(horizon)
         if self.nodes is None:
             return Runs(self.run(model, times[0], times[-1]), times[-1], jnp.zeros(0))
-        piece, begins = self._piece(model), self._begins(model, horizon)
+        piece, starts = self._piece(model), self._starts(model, horizon)
 
-        def segment(begin: Array, tables: PyTree) -> tuple[Array, Solution]:
+        def segment(start: Array, tables: PyTree) -> tuple[Array, Solution]:
             def go_on(state: Array, table: PyTree) -> tuple[Array, Solution]:
                 solution = piece(state, *table)
                 return ends(solution), solution
 
-            return jax.lax.scan(go_on, begin, tables)
+            return jax.lax.scan(go_on, start, tables)
 
         # One by one: vectorised segments would wait for the slowest one.
-        ended, solution = jax.lax.map(lambda each: segment(*each), (begins, self._tables(model, times)))
+        ended, solution = jax.lax.map(lambda each: segment(*each), (starts, self._tables(model, times)))
         solution = jax.tree_util.tree_map(lambda x: x.reshape(x.shape[0] * x.shape[1], *x.shape[2:]), solution)
-        return Runs(solution, times[-1], (ended[:-1] - begins[1:]) / self.nodes.sizes)
+        return Runs(solution, times[-1], (ended[:-1] - starts[1:]) / self.nodes.sizes)
 
     def solutions(self, horizon: Horizon) -> Iterator[Solution]:
         """The runs of the pieces one by one."""
@@ -111,14 +111,14 @@ class Shooting:
         shown = max(SHOWN // (self.segments * self.pieces), 2)
         piece = self._piece(model)
         tables = self._tables(model, times)
-        for i, begin in enumerate(self._begins(model, horizon)):
+        for i, start in enumerate(self._starts(model, horizon)):
             for j in range(self.pieces):
                 table = jax.tree_util.tree_map(lambda x, i=i, j=j: x[i, j], tables)
-                found = piece(begin, *table, save=jnp.linspace(table[0][0], table[0][-1], shown))
-                begin = ends(found)
+                found = piece(start, *table, save=jnp.linspace(table[0][0], table[0][-1], shown))
+                start = ends(found)
                 yield found
 
-    def _begins(self, model: Component, horizon: Horizon) -> Array:
+    def _starts(self, model: Component, horizon: Horizon) -> Array:
         """The initial states of the segments."""
         assert self.nodes is not None
         first = operating_point(model, system_of(model), None, 0.0).y
@@ -130,10 +130,10 @@ class Shooting:
         assert self.nodes is not None
         blank, states = without_starts(model, self.nodes.states), self.nodes.states
 
-        def piece(begin: Array, times: Array, samples: PyTree, **options: Any) -> Solution:
+        def piece(start: Array, times: Array, samples: PyTree, **options: Any) -> Solution:
             tables = {f"{signal}.times": times for signal in self.signals}
             tables |= {f"{signal}.values": values for signal, values in zip(self.signals, samples, strict=True)}
-            return self.run(replace(states.with_values(blank, begin), tables), times[0], times[-1], **options)
+            return self.run(replace(states.with_values(blank, start), tables), times[0], times[-1], **options)
 
         return piece
 

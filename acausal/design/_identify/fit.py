@@ -37,19 +37,19 @@ class Fit(Estimate[M]):
 
     def plot(self, axes: Panels | None = None) -> np.ndarray:
         """Draws measurements and the fitted model, a panel for each channel; returns the matplotlib axes."""
-        from .plots import plot_fit
+        from .fit_plots import plot_fit
 
         return plot_fit(self, axes)
 
     def plot_residuals(self, axes: Panels | None = None) -> np.ndarray:
         """Draws weighted residuals in order, and over the quantiles of the normal distribution."""
-        from .plots import plot_residuals
+        from .fit_plots import plot_residuals
 
         return plot_residuals(self, axes)
 
     def plot_correlation(self, ax: Axes | None = None) -> Axes:
         """Draws the correlation matrix of the estimates."""
-        from .plots import plot_correlation
+        from .fit_plots import plot_correlation
 
         return plot_correlation(self, ax)
 

@@ -78,11 +78,11 @@ def identify(
     still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
     problem = FitProblem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
     channels = _channels(problem, members, labels)
-    begin = np.array([variable.start for variable in chosen.variables])
-    places = starts_between(problem, np.asarray(chosen.scaled(begin)), count(starts, "starts"))
+    first = np.array([variable.start for variable in chosen.variables])
+    places = starts_between(problem, np.asarray(chosen.scaled(first)), count(starts, "starts"))
     problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
     if not minimum.computed:
-        _raise_start(problem, ready, labels, begin)
+        _raise_start(problem, ready, labels, first)
     if not minimum.converged:
         raise SimulationError(
             f"The fit has not converged after {minimum.evaluations} evaluations. Start closer, narrow the bounds, or "
@@ -134,7 +134,7 @@ def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Se
         times = None if group.times is None else np.asarray(group.times[place])
         for name in group.names:
             values = np.asarray(group.measured[name][place])
-            begin = offsets[number][name] + place * values.size
+            first = offsets[number][name] + place * values.size
             channels.append(
                 Channel(
                     experiment=label.name,
@@ -142,7 +142,7 @@ def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Se
                     unit=label.units[name],
                     times=times,
                     measured=values.ravel(),
-                    rows=slice(begin, begin + values.size),
+                    rows=slice(first, first + values.size),
                     is_estimated=name in label.estimated,
                     group=number,
                     place=place,

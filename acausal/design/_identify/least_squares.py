@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import qmc
 
-from .._certificate.point import Bounds, Point
+from .._certificate.first_order import Bounds, Point
 from .._certificate.second_order import STEP
 from .._compute.cores import on_all_cores
 from .._optimise.descent import descended

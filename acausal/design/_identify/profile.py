@@ -36,7 +36,7 @@ class Profile:
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws chi2 over the parameter with the threshold and the interval; returns the matplotlib axes."""
-        from .plots import plot_profile
+        from .fit_plots import plot_profile
 
         return plot_profile(self, ax)
 

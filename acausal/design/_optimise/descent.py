@@ -6,8 +6,17 @@ from collections.abc import Callable
 import numpy as np
 
 from .._certificate.curvature import descent_steps
-from .._certificate.first_order import NEAR, Multipliers, multipliers_of, residual
-from .._certificate.point import FEASIBLE, Bounds, Point, PointAt, violation
+from .._certificate.first_order import (
+    FEASIBLE,
+    NEAR,
+    Bounds,
+    Multipliers,
+    Point,
+    PointAt,
+    multipliers_of,
+    residual,
+    violation,
+)
 from .._certificate.second_order import CLOSE, STEP, quadratic_of, slopes_along
 
 ROUNDS = 8  # most Newton iterations, and most steps away from saddle points

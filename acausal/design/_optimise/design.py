@@ -101,7 +101,7 @@ class Design(Generic[M]):
 
     def plot(self) -> Figure:
         """Draws variables, objective and margins over the steps of the search; returns the matplotlib figure."""
-        from .plots import plot_design
+        from .design_plots import plot_design
 
         return plot_design(self)
 

@@ -9,8 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..._errors import SimulationError
-from .._certificate.first_order import NEAR, multipliers_of, residual
-from .._certificate.point import FEASIBLE, Point, PointAt
+from .._certificate.first_order import FEASIBLE, NEAR, Point, PointAt, multipliers_of, residual
 from .._compute.evaluator import Evaluation
 from .descent import certain, descended, polished
 from .solve import Method, solve
@@ -34,12 +33,12 @@ class Trail:
     stop: threading.Event = dataclasses.field(default_factory=threading.Event)
     report: Callable[[int, Evaluation], None] = lambda number, evaluation: None
     start: np.ndarray = dataclasses.field(default_factory=lambda: np.zeros(0))
-    seen: set[bytes] = dataclasses.field(default_factory=set)
+    evaluated: set[bytes] = dataclasses.field(default_factory=set)
     seconds: float = 0.0
 
     @property
     def evaluations(self) -> int:
-        return len(self.seen)
+        return len(self.evaluated)
 
     def add(self, found: Evaluation) -> None:
         if not self.steps or not np.array_equal(self.steps[-1].x, found.x):
@@ -95,7 +94,7 @@ def _recorded(task: Task, trail: Trail) -> PointAt:
         if trail.stop.is_set():
             raise Interrupted
         found = task.evaluation(z)
-        trail.seen.add(found.x.tobytes())
+        trail.evaluated.add(found.x.tobytes())
         if found.is_good:
             return task.point(z, found)
         if not any(np.array_equal(found.x, other.x) for other in trail.failed):

@@ -11,7 +11,7 @@ import numpy as np
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError
 from ..._integrate.setup.options import count, flag, one_of
-from .._certificate.point import FEASIBLE
+from .._certificate.first_order import FEASIBLE
 from .._compute.cores import threads, wait_for
 from .._problem.limits import Objective, objectives_of
 from .._problem.types import ByPath

@@ -57,7 +57,7 @@ class Front(Generic[M]):
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draws the front; returns the matplotlib axes."""
-        from .plots import plot_front
+        from .design_plots import plot_front
 
         return plot_front(self, ax)
 
@@ -115,9 +115,9 @@ def pareto(
             return certified(stated, found)
         _, rest = posed(other, np.asarray(task.free.unscaled(z)), {})
         low, high = rest.bounds
-        begin = np.asarray(rest.free.scaled(task.free.unscaled(z)))
-        within = np.where(idle, low, begin), np.where(idle, high, begin)
-        least = search(dataclasses.replace(rest, within=within), begin, Trail(), method, most)
+        first = np.asarray(rest.free.scaled(task.free.unscaled(z)))
+        within = np.where(idle, low, first), np.where(idle, high, first)
+        least = search(dataclasses.replace(rest, within=within), first, Trail(), method, most)
         there = least.task.evaluation(least.point.z)
         point = task.point(np.asarray(task.free.scaled(there.x)), there)
         return certified(stated, dataclasses.replace(found, point=point))

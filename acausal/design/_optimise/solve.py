@@ -6,7 +6,7 @@ from typing import Any, Literal, cast
 import numpy as np
 from scipy import optimize
 
-from .._certificate.point import Point, PointAt
+from .._certificate.first_order import Point, PointAt
 
 Callback = Callable[[np.ndarray], None]
 Method = Literal["SLSQP", "trust-constr"]

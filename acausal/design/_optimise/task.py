@@ -11,7 +11,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from ..._errors import ModelError
-from .._certificate.point import FEASIBLE, Point, violation
+from .._certificate.first_order import FEASIBLE, Point, violation
 from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.free import Free
 from .._problem.limits import Limit

@@ -63,7 +63,7 @@ class SensitivityTable(NamedTuple):
 
     def plot(self, ax: Axes | None = None, most: int = MOST) -> Axes:
         """Draws bars of the change in per cent per one per cent of each parameter; returns the axes."""
-        from .plots import plot_sensitivities
+        from .sensitivity_plots import plot_sensitivities
 
         return plot_sensitivities(self, ax, most)
 

@@ -33,7 +33,7 @@ class Indices:
 
     def plot(self, ax: Axes | None = None, result: str = "") -> Axes:
         """Draws bars of both indices of one result with their errors; returns the matplotlib axes."""
-        from .plots import plot_indices
+        from .spread_plots import plot_indices
 
         return plot_indices(self, ax, result)
 

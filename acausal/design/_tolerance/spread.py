@@ -110,7 +110,7 @@ class Spread:
 
     def plot(self, ax: Axes | None = None, limits: Any = ()) -> Axes:
         """Draws a histogram, the normal distribution, percentiles and `limits` in SI units; returns the axes."""
-        from .plots import plot_spread
+        from .spread_plots import plot_spread
 
         return plot_spread(self, ax, limits)
 

@@ -57,7 +57,7 @@ FILES = {
     "_integrate.setup": "schedule settings",
     "_integrate.step": "correction interval",
     "_integrate.events": "changes crossing event_history event_numbers iteration moment part rounds run_events turns",
-    "_integrate.loop": "carry loop peaks starting",
+    "_integrate.loop": "carry loop loop_start peaks",
     "_integrate.results": "event_log",
     "_evaluate": "event_set events instants",
     "_reduce": "angles held instants jumps logic margins",
@@ -212,7 +212,9 @@ def scaled(model: Callable[[], Any]) -> Any:
 
     def results(*factors: Any) -> Any:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(compiled, "run", inspect.unwrap(compiled.run))  # what is compiled on its own keeps no tracers
+            patch.setattr(
+                compiled, "run", inspect.unwrap(compiled.run_traced)
+            )  # what is compiled on its own keeps no tracers
             for (name, homes), factor in zip(CONSTANTS.items(), factors, strict=True):
                 for home in homes:
                     patch.setattr(home, name, factor * getattr(home, name))
@@ -249,7 +251,7 @@ def test_results_do_not_depend_on_constants(model: Callable[[], Any]) -> None:
 
 
 def test_derivatives_and_records_do_not_depend_on_constants(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "run", inspect.unwrap(compiled.run))
+    monkeypatch.setattr(compiled, "run", inspect.unwrap(compiled.run_traced))
     exact = jax.jit(jax.jacfwd(impacts))(0.8)
     values = {name: getattr(home, name) for name, home in (DERIVATIVE | ROOM).items()}
     for factor in (0.1, 10.0):

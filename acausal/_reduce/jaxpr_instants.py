@@ -1,7 +1,8 @@
 """The instants at which a function of time changes its law: zeros of a comparison, or steps of a rounding function.
 
-A jaxpr is interpreted on the values that can be computed from time and known numbers. A comparison of such values has a
-margin, their difference, which is zero at an instant. A margin that is affine in time predicts the next one.
+A jaxpr is interpreted on the values that can be computed from time and known numbers. A comparison of such values has
+an event indicator, their difference, which is zero at an instant. An event indicator that is affine in time predicts
+the next one.
 """
 
 import dataclasses
@@ -30,17 +31,17 @@ class _Value(NamedTuple):
 
 @dataclasses.dataclass
 class _Found:
-    """Margins that are zero at instants: `affine` in time or `curved`; `stairs` change at integers."""
+    """Event indicators that are zero at instants: `affine` in time or `nonlinear`; `stairs` change at integers."""
 
     affine: list[Numbers] = dataclasses.field(default_factory=list)
     stairs: list[Numbers] = dataclasses.field(default_factory=list)
-    curved: list[Numbers] = dataclasses.field(default_factory=list)
+    nonlinear: list[Numbers] = dataclasses.field(default_factory=list)
 
-    def compare(self, margin: Array, degree: int) -> None:
+    def compare(self, indicator: Array, degree: int) -> None:
         if degree == 1:
-            self.affine.append(margin)
+            self.affine.append(indicator)
         elif degree == 2:
-            self.curved.append(margin)
+            self.nonlinear.append(indicator)
 
     def compare_all(self, values: Array, others: Array, degree: int) -> None:
         """Compare each of some values with each of others."""
@@ -53,7 +54,9 @@ class _Found:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Instants:
-    """`closed` maps time and known numbers to margins: `n_affine` affine ones, `n_stairs` stairs, then curved ones."""
+    """`closed` maps time and known numbers to event indicators: `n_affine` affine ones, `n_stairs` stairs, then
+    nonlinear ones.
+    """
 
     closed: ClosedJaxpr
     n_affine: int
@@ -64,38 +67,38 @@ class Instants:
         return self.n_affine + self.n_stairs
 
     @property
-    def n_curved(self) -> int:
+    def n_nonlinear(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.closed.out_avals[self.n_scheduled :])
 
-    def margins(self, t: Numbers, known: Sequence[Numbers]) -> list[Array]:
+    def indicators(self, t: Numbers, known: Sequence[Numbers]) -> list[Array]:
         return list(jaxpr_as_fun(self.closed)(t, *known))
 
-    def curved(self, t: Numbers, known: Sequence[Numbers]) -> Array:
-        """The margins whose zeros cannot be predicted, as one flat vector."""
-        return _flat(self.margins(t, known)[self.n_scheduled :])
+    def nonlinear(self, t: Numbers, known: Sequence[Numbers]) -> Array:
+        """The event indicators whose zeros cannot be predicted, as one flat vector."""
+        return _flat(self.indicators(t, known)[self.n_scheduled :])
 
-    def following(self, t: Numbers, known: Sequence[Numbers], direction: Array) -> Array:
+    def following(self, t: Numbers, known: Sequence[Numbers], forward: Array) -> Array:
         """The first instant after t in the direction of time; infinite if there is none."""
 
         def scheduled(t: Numbers) -> tuple[Array, Array]:
-            found = self.margins(t, known)
+            found = self.indicators(t, known)
             return _flat(found[: self.n_affine]), _flat(found[self.n_affine : self.n_scheduled])
 
-        (margin, stair), (slope, rise) = jax.jvp(scheduled, (t,), (jnp.ones_like(t),))
-        up = jnp.where(rise * direction > 0, 1.0, -1.0)
+        (indicator, stair), (slope, rise) = jax.jvp(scheduled, (t,), (jnp.ones_like(t),))
+        up = jnp.where(rise * forward > 0, 1.0, -1.0)
         ahead = jax.lax.stop_gradient(up * (jnp.floor(up * stair) + 1.0))
-        lack = jnp.concatenate([-margin, ahead - stair])
+        lack = jnp.concatenate([-indicator, ahead - stair])
         rate = jnp.concatenate([slope, rise])
         moves = rate != 0
         times = t + jnp.where(moves, lack, 0.0) / jnp.where(moves, rate, 1.0)
-        return first(jnp.where(moves & (direction * (times - t) > 0), times, direction * jnp.inf), direction)
+        return first(jnp.where(moves & (forward * (times - t) > 0), times, forward * jnp.inf), forward)
 
 
-def first(times: Array, direction: Scalar = 1.0) -> Array:
+def first(times: Array, forward: Scalar = 1.0) -> Array:
     """The earliest of several times, infinite for none."""
     if not times.size:
-        return jnp.asarray(direction) * jnp.inf
-    return times[jnp.argmin(direction * times)]
+        return jnp.asarray(forward) * jnp.inf
+    return times[jnp.argmin(forward * times)]
 
 
 def _flat(values: Sequence[Array]) -> Array:
@@ -115,7 +118,7 @@ def instants(closed: ClosedJaxpr, inputs: Sequence[Knowledge], shapes: Sequence[
         items = [_input(item, var.aval, t, remaining) for item, var in zip(inputs, closed.jaxpr.invars, strict=True)]
         _walk(closed, items, found)
         counts.append((len(found.affine), len(found.stairs)))
-        return [jnp.asarray(item, float) for item in (*found.affine, *found.stairs, *found.curved)]
+        return [jnp.asarray(item, float) for item in (*found.affine, *found.stairs, *found.nonlinear)]
 
     given = [shape for item, shape in zip(inputs, shapes, strict=True) if item == "known"]
     made = jax.make_jaxpr(traced)(*(jax.ShapeDtypeStruct(shape, float) for shape in ((), *given)))
@@ -171,7 +174,7 @@ def _note_loop(values: list[Array], degrees: list[int], found: _Found) -> None:
 
 
 def _note(eqn: JaxprEqn, values: list[Array], degrees: list[int], found: _Found) -> None:
-    """Record the margins of an equation that compares values, and the stairs of one that rounds."""
+    """Record the event indicators of an equation that compares values, and the stairs of one that rounds."""
     name = eqn.primitive.name
     if name in ("lt", "le", "gt", "ge", "max", "min") and is_floating(eqn.invars[0]):
         found.compare(values[0] - values[1], max(degrees))

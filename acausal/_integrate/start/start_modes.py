@@ -13,12 +13,12 @@ from jaxtyping import PyTree
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._reduce.jaxpr import slice_output
-from ..._reduce.logic import begun
+from ..._reduce.logic import edges
 from ..events.changes import with_discrete
 from ..events.rounds import TOGETHER, first_of, most_rounds, repeated
 from ..events.run_events import RunEvents
-from ..loop.starting import Start
-from ..setup.field import Given
+from ..loop.loop_start import EventStart
+from ..setup.field import RunArgs
 from .search import is_met
 
 
@@ -60,15 +60,15 @@ class Solver(NamedTuple):
 
     - `root(discrete)`: the point and the residuals of the conditions, without derivatives.
     - `followed(x, discrete)`: the same point, differentiable with respect to the numbers of the run.
-    - `at(x, given)`: the states at a point, and the numbers of the run with the parameters found there.
+    - `at(x, args)`: the states at a point, and the numbers of the run with the parameters found there.
     """
 
     root: Callable[[Array], tuple[PyTree, Array]]
     followed: Callable[[PyTree, Array], PyTree]
-    at: Callable[[PyTree, Given], tuple[Array, Given]]
+    at: Callable[[PyTree, RunArgs], tuple[Array, RunArgs]]
 
 
-def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
+def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     """Consistent modes: no event fires at the point that they imply.
 
     This is a complementarity problem at one instant: events that fire at the point of the current modes change them.
@@ -85,7 +85,7 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
     """
     events, layout = start.events, start.events.layout
     is_smooth = sets_values(events.system)
-    given, y = (start.given, start.y) if is_smooth else jax.lax.stop_gradient((start.given, start.y))
+    args, y = (start.args, start.y) if is_smooth else jax.lax.stop_gradient((start.args, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.responds
     most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters]
@@ -94,11 +94,11 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
         """The point for the modes in y, and the events that fire there."""
         discrete = y[layout.discrete]
         x, lack = solver.root(discrete)
-        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, given)
+        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, args)
         y = layout.with_part(y, layout.states, states)
         here = events.here(t0, y, found)
-        truths = events.circuit.hold(here.margins > 0)
-        return _Point(x, y, holds, truths, here.values, lack), begun(truths, holds, events.either) & matters
+        truths = events.circuit.hold(here.indicators > 0)
+        return _Point(x, y, holds, truths, here.values, lack), edges(truths, holds, events.either) & matters
 
     def lasts(point: _Point) -> Numbers:
         changes = jnp.where(events.either, point.truths != point.holds, point.truths)
@@ -106,11 +106,11 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
     def next_round(r: _Round) -> _Round:
-        new, begins = point(r.y, r.holds)
+        new, triggered = point(r.y, r.holds)
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = jnp.where(r.count < TOGETHER, begins, first_of(begins)) & ~is_trial
+        fired = jnp.where(r.count < TOGETHER, triggered, first_of(triggered)) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)
@@ -125,9 +125,9 @@ def modes_at(start: Start, t0: Numbers, solver: Solver) -> StartModes:
 
     none = jnp.zeros(events.total, bool)
     empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), jax.eval_shape(point, y, start.holds)[0])
-    begin = _Round(y, start.holds, empty, ~none, none, jnp.asarray(0), jnp.asarray(0))
+    first = _Round(y, start.holds, empty, ~none, none, jnp.asarray(0), jnp.asarray(0))
     trials = 0 if is_smooth else len(single) * (len(single) + 1)
-    end = repeated(goes_on, next_round, begin, most + trials, is_smooth)
+    end = repeated(goes_on, next_round, first, most + trials, is_smooth)
     if is_smooth:
         return _modes(events, end, end.kept.y[layout.discrete])
     before, after = start.discrete, end.kept.y[layout.discrete]

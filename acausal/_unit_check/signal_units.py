@@ -7,7 +7,7 @@ import numpy as np
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.graph import connected
 from .._units.dimension import Dimension, described
-from .kinds import kind_units
+from .kind_units import kind_units
 
 
 def signal_problems(flat: FlatModel) -> list[str]:

@@ -13,12 +13,12 @@ from .._declare.component import Component
 from .._declare.fields import join
 from .._declare.layout import complete_leaves
 from .._declare.node import leaves_of
-from .._declare.requirements import told
+from .._declare.node_requirements import violation
 from .._errors import ParameterError
 from .._indices import joined
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
-from .._reduce.required import required
+from .._reduce.kind_requirements import required
 from .._tracing import known
 from .groups import UNROLLED
 from .packing import ModelParameters, SlotValues, discrete_start, slot_values
@@ -63,7 +63,7 @@ class ModelRequirements:
             spoilt = jnp.any(mask)
             return params.changed({i: jnp.where(spoilt, jnp.nan, value) for i, value in params.leaves.items()})
         if numbers.any():
-            raise ParameterError(self.told(int(np.argmax(numbers)), jax.tree.map(jax.lax.stop_gradient, params)))
+            raise ParameterError(self.violation(int(np.argmax(numbers)), jax.tree.map(jax.lax.stop_gradient, params)))
         return params.changed({})
 
     @ft.cached_property
@@ -77,7 +77,7 @@ class ModelRequirements:
             for text in needed.texts
         ]
 
-    def told(self, index: int, params: ModelParameters) -> str:
+    def violation(self, index: int, params: ModelParameters) -> str:
         """The sentence of a violated requirement, with the values of its parameters."""
         sentence = self.sentences[index]
         for number, needed in self._groups:
@@ -87,10 +87,10 @@ class ModelRequirements:
                 names, units = holder.kind.names, [declaration.unit for declaration in holder.kind.declarations]
                 values = [
                     (names[slot], np.asarray(params.slots[number, slot].stacked)[member], units[slot])
-                    for slot in needed.told[which]
+                    for slot in needed.quoted[which]
                     if (number, slot) in params.slots
                 ]
-                return told(sentence, values)
+                return violation(sentence, values)
             index -= holder.total * len(needed.texts)
         raise IndexError(index)
 

@@ -13,13 +13,13 @@ from jax import Array
 from .._declare.component import Component
 from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.node import Node
-from .._declare.requirements import named, parameters_of, stated
+from .._declare.node_requirements import named, parameters_of, stated
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, Literal, jaxpr_as_fun
 from .._numbers import Numbers
 from .._tracing import is_traced
-from .forbidden import Forbidden
 from .jaxpr import assembled, structs
+from .traced import Forbidden
 
 if TYPE_CHECKING:
     from .flat_model import Kind
@@ -47,7 +47,7 @@ class Required:
     texts: tuple[str, ...]
     slots: tuple[int, ...]
     jaxpr: ClosedJaxpr
-    told: tuple[tuple[int, ...], ...]  # the slots of the parameters in each text
+    quoted: tuple[tuple[int, ...], ...]  # the slots of the parameters in each text
     never: tuple[str, ...]  # texts that are false for all values
 
     def __call__(self, *values: Numbers) -> list[Array]:

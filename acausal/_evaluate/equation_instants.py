@@ -11,7 +11,7 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flat_model import FlatModel
-from .._reduce.instants import Instants, Knowledge, instants
+from .._reduce.jaxpr_instants import Instants, Knowledge, instants
 from .._reduce.template import Input
 from .packing import ModelParameters
 
@@ -48,7 +48,7 @@ class _Rows:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class EquationInstants:
-    """The next instants of all equations, one for each of `total`, and the margins without a prediction."""
+    """The next instants of all equations, one for each of `total`, and the event indicators without a prediction."""
 
     rows: tuple[_Rows, ...]
 
@@ -57,23 +57,24 @@ class EquationInstants:
         return sum(len(rows.members) for rows in self.rows if rows.found.n_scheduled)
 
     @property
-    def n_curved(self) -> int:
+    def n_nonlinear(self) -> int:
         """The number of zeros without a prediction."""
-        return sum(len(rows.members) * rows.found.n_curved for rows in self.rows)
+        return sum(len(rows.members) * rows.found.n_nonlinear for rows in self.rows)
 
-    def following(self, t: Numbers, params: ModelParameters, direction: Array) -> Array:
+    def following(self, t: Numbers, params: ModelParameters, forward: Array) -> Array:
         """The next instant of each equation; infinite if there is none."""
         parts = [
-            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, direction), params)
+            rows.mapped(lambda known, rows=rows: rows.found.following(t, known, forward), params)
             for rows in self.rows
             if rows.found.n_scheduled
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
-    def curved(self, t: Numbers, params: ModelParameters) -> Array:
-        """Margins whose zeros cannot be predicted."""
+    def nonlinear(self, t: Numbers, params: ModelParameters) -> Array:
+        """Event indicators whose zeros cannot be predicted."""
         parts = [
-            jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.curved(t, known), params)) for rows in self.rows
+            jnp.ravel(rows.mapped(lambda known, rows=rows: rows.found.nonlinear(t, known), params))
+            for rows in self.rows
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 

@@ -90,7 +90,7 @@ def _conditions(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpre
         if i >= 0:
             condition, used = slice_output(conditions_held(kind), i)
             checked = Interpreter()
-            checked.run(condition, [values[slot] for slot in used])
+            checked.interpret(condition, [values[slot] for slot in used])
             yield f"equation {name}", checked
 
 
@@ -137,7 +137,7 @@ def _account(kind: Kind, values: list[Value]) -> Interpreter:
     checked = Interpreter()
     watt = parsed("W").dimension
     for name, dimension, value in zip(
-        ("stored", "dissipated", "supplied"), (watt * TIME, watt, watt), checked.run(closed, values), strict=False
+        ("stored", "dissipated", "supplied"), (watt * TIME, watt, watt), checked.interpret(closed, values), strict=False
     ):
         unit = described(dimension, "J" if name == "stored" else "W")
         checked.require(value, dimension, f"states {name} as {value}, which should be in {unit}")

@@ -1,4 +1,4 @@
-"""Conditions as relations and their logic. The crossing function of a relation is positive if it is true."""
+"""Conditions as relations and their logic. The event indicator of a relation is positive if it is true."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
@@ -16,16 +16,16 @@ TINY = float(np.finfo(float).tiny)  # in place of zero; its sign is the truth of
 _Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and the expressions of its elements, if any
 
 
-def _margin_of(difference: Callable[[Array, Array], Array], of_equals: float) -> Callable[[Array, Array], Array]:
+def _indicator_of(difference: Callable[[Array, Array], Array], of_equals: float) -> Callable[[Array, Array], Array]:
     """The difference, with its derivative even if it is zero."""
     return lambda a, b: difference(a, b) + jnp.where(a == b, of_equals, 0.0)
 
 
 _RELATIONS: dict[str, Callable[[Array, Array], Array]] = {
-    "gt": _margin_of(lambda a, b: a - b, -TINY),
-    "ge": _margin_of(lambda a, b: a - b, TINY),
-    "lt": _margin_of(lambda a, b: b - a, -TINY),
-    "le": _margin_of(lambda a, b: b - a, TINY),
+    "gt": _indicator_of(lambda a, b: a - b, -TINY),
+    "ge": _indicator_of(lambda a, b: a - b, TINY),
+    "lt": _indicator_of(lambda a, b: b - a, -TINY),
+    "le": _indicator_of(lambda a, b: b - a, TINY),
 }
 
 
@@ -43,19 +43,19 @@ _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose"
 
 
 class Relations(NamedTuple):
-    """Relations, as arrays of `margins` and of `sizes`, the magnitudes of the terms of each difference."""
+    """Relations, as arrays of `indicators` and of `sizes`, the magnitudes of the terms of each difference."""
 
-    margins: list[Array]
+    indicators: list[Array]
     sizes: list[Array]
 
 
 def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[Relations, list[np.ndarray]]:
     """The relations in the outputs of a jaxpr, and for each output an array of expressions in the elements of the
-    margins, which are numbered consecutively.
+    event indicators, which are numbered consecutively.
 
-    The margin of a relation is the difference of its sides; for equal sides, it is a tiny number with the sign of the
-    truth value. Any other truth value, such as a comparison of modes, has the margin 1 or -1. A real output is its own
-    margin.
+    The event indicator of a relation is the difference of its sides; for equal sides, it is a tiny number with the sign
+    of the truth value. Any other truth value, such as a comparison of modes, has the event indicator 1 or -1. A real
+    output is its own event indicator.
     """
     found = Relations([], [])
     outputs = _walk(closed, [(value, None) for value in inputs], found)
@@ -98,12 +98,12 @@ def _logic(eqn: JaxprEqn, args: Sequence[_Known], relations: Relations) -> np.nd
 def _expressions(value: Array, found: np.ndarray | None, relations: Relations) -> np.ndarray:
     if found is not None:
         return found
-    margin = jnp.where(value, 1.0, -1.0) if value.dtype == bool else value
-    return _relation(margin, jnp.abs(margin), relations)
+    indicator = jnp.where(value, 1.0, -1.0) if value.dtype == bool else value
+    return _relation(indicator, jnp.abs(indicator), relations)
 
 
-def _relation(margin: Array, size: Array, relations: Relations) -> np.ndarray:
-    first, shape = sum(np.size(earlier) for earlier in relations.margins), np.shape(margin)
-    relations.margins.append(margin)
+def _relation(indicator: Array, size: Array, relations: Relations) -> np.ndarray:
+    first, shape = sum(np.size(earlier) for earlier in relations.indicators), np.shape(indicator)
+    relations.indicators.append(indicator)
     relations.sizes.append(jnp.broadcast_to(size, shape))
-    return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(margin)).reshape(shape))
+    return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(indicator)).reshape(shape))

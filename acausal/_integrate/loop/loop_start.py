@@ -17,7 +17,7 @@ from ..events.event_history import EventHistory
 from ..events.iteration import CONTRADICTED, REFUSED, STOPPED, settle
 from ..events.moment import Approach
 from ..events.run_events import RunEvents
-from ..setup.field import Given
+from ..setup.field import RunArgs
 from ..setup.result import Result, sentence
 from ..setup.settings import AT_ONCE, RunNumbers, Settings
 from ..setup.state_vector import Vector
@@ -25,7 +25,7 @@ from ..solvers import Rodas5P
 from .peaks import Peaks
 
 
-class Begun(NamedTuple):
+class LoopStart(NamedTuple):
     """The start of a run: its time, the vector after the events there, the relations and conditions that hold, the due
     times of scheduled events, the event history, and the reason why the run ends there (0 if it continues).
     """
@@ -39,66 +39,68 @@ class Begun(NamedTuple):
     outcome: Array
 
 
-def begin(settings: Settings, given: Given, y0: Array, events: RunEvents | None) -> tuple[Given, Begun]:
+def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents | None) -> tuple[RunArgs, LoopStart]:
     """The numbers of the run, completed by its time resolution and hysteresis, and its start from the states `y0`."""
-    system, layout, numbers = settings.system, settings.layout, given.numbers
-    values = given.inputs.params.leaves
+    system, layout, numbers = settings.system, settings.layout, args.numbers
+    values = args.inputs.params.leaves
     discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
-    guess = system.starts.values(given.inputs, system.carried.memory)
+    guess = system.starts.values(args.inputs, system.carried.memory)
     y = jnp.concatenate([y0, guess, *discrete, jnp.zeros(layout.size - layout.discrete.stop)])
     if events is None:
-        y = _with_peaks(settings, given, _remembered(settings, given, y))
+        y = _with_peaks(settings, args, _remembered(settings, args, y))
         nothing = jnp.zeros(0, bool)
-        return given, Begun(jnp.asarray(numbers.t0, float), y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0))
+        return args, LoopStart(
+            jnp.asarray(numbers.t0, float), y, nothing, nothing, jnp.zeros(0), None, jnp.asarray(0.0)
+        )
     t0 = numbers.t0
-    given = dataclasses.replace(given, counted_from=events.counted_from(t0, y, given))
-    band, back = events.bands(given)
-    given = dataclasses.replace(given, band=band, back=back)
-    past = events.past(t0, y, given)
+    args = dataclasses.replace(args, counted_from=events.counted_from(t0, y, args))
+    band, back = events.bands(args)
+    args = dataclasses.replace(args, band=band, back=back)
+    past = events.past(t0, y, args)
     history = EventHistory.empty(AT_ONCE, events.n_model)
     none = jnp.zeros(events.total, bool)
-    begins = none if settings.is_started else jnp.isfinite(past)
+    begins = none if settings.is_initialised else jnp.isfinite(past)
     if settings.is_resumed:
-        begins &= past >= t0 - given.tick(t0)
+        begins &= past >= t0 - args.tick(t0)
     if numbers.past is not None:
-        begins &= past > numbers.past.time + given.tick(numbers.past.time)
+        begins &= past > numbers.past.time + args.tick(numbers.past.time)
     approach = Approach(t0, jnp.zeros(events.total))  # there is no previous step
-    truths, due = jnp.zeros(events.n_margins, bool), jnp.zeros(events.total)
-    settled = settle(events, t0, approach, y, begins, truths, none, due, history, given, order=past)
-    y = _remembered(settings, given, events.with_algebraic(t0, settled.y, given))
-    due = events.due(t0, y, given, events.past(t0, y, given))
-    y = _with_peaks(settings, given, y)
+    truths, due = jnp.zeros(events.n_indicators, bool), jnp.zeros(events.total)
+    settled = settle(events, t0, approach, y, begins, truths, none, due, history, args, order=past)
+    y = _remembered(settings, args, events.with_algebraic(t0, settled.y, args))
+    due = events.due(t0, y, args, events.past(t0, y, args))
+    y = _with_peaks(settings, args, y)
     history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
     loop = ft.partial(while_loop, kind="bounded" if events.is_reversible else "lax")
     history = history.followed_by(settled.history, loop)
     # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
-    is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - given.tick(t0)))
-    t = jnp.where(is_past, t0 + 2.0 * given.tick(t0), t0)
-    return given, Begun(t, y, settled.truths, settled.holds, due, history, settled.outcome)
+    is_past = (settled.outcome == STOPPED) & jnp.any(begins & (past >= t0 - args.tick(t0)))
+    t = jnp.where(is_past, t0 + 2.0 * args.tick(t0), t0)
+    return args, LoopStart(t, y, settled.truths, settled.holds, due, history, settled.outcome)
 
 
-def _remembered(settings: Settings, given: Given, y: Array) -> Array:
+def _remembered(settings: Settings, args: RunArgs, y: Array) -> Array:
     system, layout = settings.system, settings.layout
     if not system.carried.memory:
         return y
-    new = system.with_memory(given.numbers.t0, y[layout.point], given.inputs)[layout.memory]
+    new = system.with_memory(args.numbers.t0, y[layout.point], args.inputs)[layout.memory]
     return layout.with_part(y, layout.memory, new)
 
 
-def _with_peaks(settings: Settings, given: Given, y: Array) -> Array:
+def _with_peaks(settings: Settings, args: RunArgs, y: Array) -> Array:
     if settings.peaks is None:
         return y
-    t0 = given.direction * given.numbers.t0
-    return settings.layout.with_part(y, settings.layout.peaks, Peaks(settings).begun(t0, y, given))
+    t0 = args.forward * args.numbers.t0
+    return settings.layout.with_part(y, settings.layout.peaks, Peaks(settings).at_start(t0, y, args))
 
 
-class Start(NamedTuple):
+class EventStart(NamedTuple):
     """The events of a model, the numbers of a run, the stepped vector after the events at the start, the conditions
     that hold there, and the reason why a run would end there (0 if it would continue).
     """
 
     events: RunEvents
-    given: Given
+    args: RunArgs
     y: Array
     holds: Array
     outcome: Array
@@ -113,7 +115,7 @@ class Start(NamedTuple):
         return self.y[self.events.layout.discrete]
 
 
-def start_of(
+def event_start(
     system: System,
     t0: Array,
     states: Array,
@@ -122,7 +124,7 @@ def start_of(
     *,
     is_started: bool = False,
     is_search: bool = False,
-) -> Start:
+) -> EventStart:
     """The start of a run, or of a start search, from these states in a model with events. Past events happen unless
     they have already.
     """
@@ -131,10 +133,10 @@ def start_of(
         system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, none, is_started, is_search=is_search
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
-    given = Given(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
+    args = RunArgs(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
     events = RunEvents(settings, settings.layout, is_reversible=True)
-    given, begun = begin(settings, given, states, events)
-    return Start(events, given, begun.y, begun.holds, begun.outcome)
+    args, begun = loop_start(settings, args, states, events)
+    return EventStart(events, args, begun.y, begun.holds, begun.outcome)
 
 
 def why_ended(system: System, outcome: float, holds: Array) -> str:

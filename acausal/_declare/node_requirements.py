@@ -41,7 +41,7 @@ def parameters_of(cls: Any) -> dict[str, Declaration]:
 
 
 @ft.cache
-def started_of(cls: Any) -> dict[str, Declaration]:
+def variables_of(cls: Any) -> dict[str, Declaration]:
     """The leaves of a class that have start values, by name."""
     return {name: leaf for name, leaf in dynamic_fields(cls) if leaf is not None and leaf.role != "param"}
 
@@ -81,22 +81,22 @@ def broken(node: Any) -> Iterator[str]:
         with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
             known = {name: np.asarray(vars(node)[name]) for name in fields}
             checks = _required(copied(node, known), fields)
-        yield from _told(node, checks)
+        yield from _violations(node, checks)
 
 
 def out_of_range(node: Any) -> Iterator[str]:
     """The violated ranges of the parameters and start values of a node itself, with the values, if these are known."""
-    declared, values = parameters_of(type(node)) | started_of(type(node)), vars(node)
+    declared, values = parameters_of(type(node)) | variables_of(type(node)), vars(node)
     known = {name: values[name] for name in declared if values[name] is not None and not is_traced(values[name])}
-    yield from _told(node, [_declared(name, declared[name], np.asarray(value)) for name, value in known.items()])
+    yield from _violations(node, [_declared(name, declared[name], np.asarray(value)) for name, value in known.items()])
 
 
-def _told(node: Any, checks: Iterable[Requirement]) -> Iterator[str]:
+def _violations(node: Any, checks: Iterable[Requirement]) -> Iterator[str]:
     """The sentences of the violated requirements of a node, with the values."""
-    declared, values = parameters_of(type(node)) | started_of(type(node)), vars(node)
+    declared, values = parameters_of(type(node)) | variables_of(type(node)), vars(node)
     for holds, text in checks:
         if not is_traced(holds) and not np.all(holds):
-            yield told(text, [(name, values[name], declared[name].unit) for name in named(text, declared)])
+            yield violation(text, [(name, values[name], declared[name].unit) for name in named(text, declared)])
 
 
 def named(text: str, known: Container[str]) -> list[str]:
@@ -105,7 +105,7 @@ def named(text: str, known: Container[str]) -> list[str]:
     return [word for word in dict.fromkeys(words) if word in known]
 
 
-def told(text: str, values: Iterable[tuple[str, Any, str]]) -> str:
+def violation(text: str, values: Iterable[tuple[str, Any, str]]) -> str:
     """A sentence with the parameters that it names: the value of a single one, several by name."""
     found = [(name, f"{value} {'' if unit == '1' else unit}".rstrip()) for name, value, unit in values]
     if not found:

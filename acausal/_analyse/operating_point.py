@@ -22,9 +22,9 @@ from .._evaluate.observe import observe
 from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._integrate.loop.starting import start_of, why_ended
-from .._integrate.setup.options import begun_late, check_begun_late, instant
-from .._integrate.start.started import started
+from .._integrate.loop.loop_start import event_start, why_ended
+from .._integrate.setup.options import check_starts_after_past, instant, starts_after_past
+from .._integrate.start.initialise import initialised_leaves
 from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
@@ -41,7 +41,7 @@ class OperatingPoint(eqx.Module):
     starts: Numbers
     given: frozenset[int] = eqx.field(static=True)
     system: System = eqx.field(static=True)
-    is_started: bool = eqx.field(static=True, default=False)  # whether the events at the start were processed
+    is_initialised: bool = eqx.field(static=True, default=False)  # whether the events at the start were processed
     past: Past | None = None  # event history
 
     def inputs(self, params: ModelParameters | None = None) -> Inputs:
@@ -68,11 +68,11 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
     """The operating point for the arguments of `linearise`."""
     check_structure(model, system, f"The {type(model).__name__} to linearise")
     leaves, _ = complete_leaves(model)
-    unmet = None
+    start_failed = None
     if not isinstance(at, Component):
-        check_begun_late(system, past_of(model), 0.0 if t is None else instant(t, "t"), "t")
+        check_starts_after_past(system, past_of(model), 0.0 if t is None else instant(t, "t"), "t")
     if at is None and system.initial_equations is not None:
-        leaves, unmet = started(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
+        leaves, start_failed = initialised_leaves(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
     if at is None:
         system.intake.check(leaves)
     params = jax.tree.map(lambda value: jnp.asarray(value, float), system.intake.parameters(leaves))
@@ -82,15 +82,15 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
         check_structure(at, system, "The operating point")
         _check_one_instant(system, at)
         t = _time_of(system, at) if t is None else t
-        seen = complete_leaves(at)[0]
-        own = [i for i in system.carried.discrete_places if i < len(seen)]
-        params = params.changed({i: jnp.asarray(seen[i], float) for i in own})
+        values = complete_leaves(at)[0]
+        own = [i for i in system.carried.discrete_places if i < len(values)]
+        params = params.changed({i: jnp.asarray(values[i], float) for i in own})
         if system.events is not None:
-            params = params.changed(system.events.truths_of([jnp.asarray(leaf, float) for leaf in seen]))
+            params = params.changed(system.events.truths_of([jnp.asarray(leaf, float) for leaf in values]))
     t, given = jnp.asarray(0.0 if t is None else instant(t, "t")), system.intake.given(leaves)
-    point = OperatingPoint(t, jnp.zeros(0), params, starts, given, system, unmet is not None, past_of(model))
+    point = OperatingPoint(t, jnp.zeros(0), params, starts, given, system, start_failed is not None, past_of(model))
     y = _state(point, at)
-    y = y if unmet is None else jnp.where(unmet > 0.0, jnp.nan, y)
+    y = y if start_failed is None else jnp.where(start_failed > 0.0, jnp.nan, y)
     point = dataclasses.replace(point, y=y)
     return point if system.events is None or isinstance(at, Component) else _after_events(point, at)
 
@@ -104,7 +104,7 @@ def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
             f"{point.system.name} has no operating point at its start values. {why} Remedy: give other start values, "
             "or a point such as at=sol.final."
         )
-    is_late = point.past is None or begun_late(point.system, point.past, point.t).holds
+    is_late = point.past is None or starts_after_past(point.system, point.past, point.t).holds
     y = jnp.where((outcome == 0) & is_late, y if at is None else point.y, jnp.nan)
     return dataclasses.replace(point, y=y, params=params)
 
@@ -113,7 +113,7 @@ def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
 def _started(point: OperatingPoint) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, the outcome of the start, and the true conditions."""
     system, inputs = point.system, point.inputs()
-    start = start_of(system, point.t, point.y, inputs, point.past, is_started=point.is_started)
+    start = event_start(system, point.t, point.y, inputs, point.past, is_started=point.is_initialised)
     held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
     return start.states, point.params.changed(held), start.outcome, start.holds
 
