@@ -6,61 +6,50 @@ events are handled outside them.
 
 import dataclasses
 import functools as ft
+from collections.abc import Callable
 from typing import Any
 
 import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import PyTree
 
 from .._tracing import are_traced, within_transformation
 from . import run as traced
 from .loop.carry import Carry
 from .programs.made_from import digest_of
-from .programs.stored_program import Storable, program_for, result_of
+from .programs.stored_program import Storable, result_of
 from .results.ending import Ending, Integrated, end_run
 from .results.recording import Recording
 from .results.solution import Solution
 from .setup.field import RunArgs
-from .setup.options import harmless
 from .setup.settings import Settings
 from .step.adjoint import kind_of_loop
 
 
 def run_stored(settings: Settings, args: RunArgs) -> Solution:
-    """Integrate as `run.run_traced` does. If all numbers are known, the programs are shared by all runs of a model."""
+    """Integrate as `run_traced` does. If all numbers are known, the programs are shared by all runs of a model."""
     if within_transformation() or are_traced(args):
         return traced.run_traced(settings, args)
-    return _run(settings, args)
-
-
-def _run(settings: Settings, args: RunArgs) -> Solution:
     if settings.adjoint is not None:
         kind_of_loop(settings.adjoint)  # raises for an unsupported adjoint
-    program, times = settings.in_chunks, args.numbers.times
+    chunk, times = settings.in_chunks, args.numbers.times
     numbers = dataclasses.replace(args.numbers, times=None, most=np.asarray(settings.max_steps))
-    start: traced.RunStart = result_of(_Start(program), dataclasses.replace(args, numbers=numbers))
-    carry, recording = start.carry, Recording(settings, start.carry)
-    if start.goes_on:
-        carry = _advanced(settings, program, start, recording)
-    else:
-        recording.add(traced.without_steps(program, start)._replace(history=None))
-    parts = (start.args, start.carry.y, start.bad_starts, carry._replace(record=None, history=None))
-    ending: Ending = result_of(_End(program), parts)
-    return recording.solution(start.args, ending, times)
-
-
-def _advanced(settings: Settings, program: Settings, start: traced.RunStart, recording: Recording) -> Carry:
-    """The carry of the loop at the end of the run, whose steps are added to the recording."""
-    carry, goes_on, further = start.carry, True, program_for(_Steps(program), (start.args, start.carry))
+    first: traced.RunStart = result_of(_start_of(chunk), (dataclasses.replace(args, numbers=numbers),))
+    args, carry, goes_on, recording = first.args, first.carry, first.goes_on, Recording(settings, first.carry)
+    if not goes_on:
+        recording.add(traced.without_steps(chunk, first)._replace(history=None))
     is_shown = not isinstance(settings.progress, diffrax.NoProgressMeter)
     while goes_on:
-        carry, goes_on = further((start.args, carry._replace(record=None)))
+        carry, goes_on = result_of(_steps_of(chunk), (args, carry._replace(record=None)))
         recording.add(carry)
         if is_shown:
-            print(f"{100.0 * _share(start.args, carry):.2f}%")
-    return carry
+            print(f"{100.0 * _share(args, carry):.2f}%")
+    parts = (args, first.carry.y, first.bad_starts, carry._replace(record=None, history=None))
+    ending: Ending = result_of(_end_of(chunk), parts)
+    return recording.solution(args, ending, times)
 
 
 def _share(args: RunArgs, carry: Carry) -> float:
@@ -70,69 +59,51 @@ def _share(args: RunArgs, carry: Carry) -> float:
 
 
 @dataclasses.dataclass(frozen=True)
-class _Part:
+class _Program:
     """A part of a run, as a function of numbers only."""
 
+    name: str
+    part: Callable[..., PyTree]
     settings: Settings
 
+    @ft.partial(jax.jit, static_argnums=0)
     def __call__(self, arguments: Any) -> PyTree:
-        return _called(type(self), self.settings, arguments)
+        # Programs that receive weakly typed numbers require strong types.
+        return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), self.part(self.settings, *arguments))
 
     def contents(self, arguments: Any) -> list[object]:
         settings = self.settings
         functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
         handled = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
-        inputs = (arguments if isinstance(arguments, RunArgs) else arguments[0]).inputs
         return [
-            inputs.given,  # leaves with given start values
+            arguments[0].inputs.given,  # leaves with given start values
             digest_of(settings.system),
             *(None if f is None else (f.closed, f.leaves) for f in functions),
             *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in handled),
         ]
 
     def followers(self, arguments: Any) -> list[tuple[Storable, Any]]:
-        return []
+        if self.name != "start":
+            return []
+        first: traced.RunStart = jax.eval_shape(self, arguments)
+        carry = first.carry._replace(record=None)
+        end = first.args, carry.y, first.bad_starts, carry._replace(history=None)
+        return [(_steps_of(self.settings), (first.args, carry)), (_end_of(self.settings), end)]
 
 
-class _Start(_Part):
-    name = "start"
-
-    def followers(self, arguments: Any) -> list[tuple[Storable, Any]]:
-        start: traced.RunStart = jax.eval_shape(self, arguments)
-        carry = start.carry._replace(record=None)
-        end = start.args, carry.y, start.bad_starts, carry._replace(history=None)
-        return [(_Steps(self.settings), (start.args, carry)), (_End(self.settings), end)]
-
-    @staticmethod
-    def of(settings: Settings, args: RunArgs) -> traced.RunStart:
-        numbers = harmless(args.numbers, jnp.asarray(False))  # gives the first step the sign of the run
-        return traced.start_run(settings, dataclasses.replace(args, numbers=numbers))
+def _start_of(settings: Settings) -> _Program:
+    return _Program("start", traced.start_run, settings)
 
 
-class _Steps(_Part):
-    name = "steps"
-
-    @staticmethod
-    def of(settings: Settings, args: tuple[RunArgs, Carry]) -> tuple[Carry, Any]:
-        return traced.advance_run(settings, *args)
+def _steps_of(settings: Settings) -> _Program:
+    return _Program("steps", traced.advance_run, settings)
 
 
-class _End(_Part):
-    name = "end"
-
-    @staticmethod
-    def of(settings: Settings, args: tuple[RunArgs, Any, Any, Carry]) -> Ending:
-        numbers, y0, bad_starts, end = args
-        integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, numbers, end))
-        wrong = jnp.zeros(1, bool)  # invalid known options have already raised
-        return end_run(settings, numbers, integrated, wrong)
+def _end_of(settings: Settings) -> _Program:
+    return _Program("end", _ended, settings)
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
-def _called(part: type[Any], settings: Settings, arguments: Any) -> PyTree:
-    return _strong(part.of(settings, arguments))
-
-
-def _strong(outputs: PyTree) -> PyTree:
-    """Casts weakly typed numbers to strong types, as required by the programs that receive them."""
-    return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), outputs)
+def _ended(settings: Settings, args: RunArgs, y0: Array, bad_starts: Array, end: Carry) -> Ending:
+    integrated = Integrated(y0, bad_starts, end, traced.blurred(settings, args, end))
+    wrong = jnp.zeros(1, bool)  # invalid known options have already raised
+    return end_run(settings, args, integrated, wrong)

@@ -195,7 +195,7 @@ def _as_number(value: Any) -> Any:
 def _traced(
     function: Callable[[PyTree], PyTree] | None, system: System, what: str
 ) -> tuple[UserFunction | None, list[Numbers]]:
-    return (None, []) if function is None else trace(as_function(function, what), system.flat, what)
+    return (None, []) if function is None else trace(function, system.flat, what)
 
 
 def _rates(integrals: Callable[[PyTree], PyTree] | None, energy: bool) -> Callable[[PyTree], PyTree] | None:

@@ -1,7 +1,8 @@
 """The events of a run as functions of a point."""
 
 import dataclasses
-from collections.abc import Callable, Iterable
+import functools as ft
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import jax
@@ -16,7 +17,8 @@ from ..._numbers import Numbers, Truth
 from ..._reduce.nominal import nominal_size
 from ..setup.field import RunArgs, values_of, vector_field, wanted_pairs
 from ..setup.schedule import farthest, last_before, next_after
-from ..step.interval import PathSample
+from ..step.interval import PathSample, corrected_sample, sample
+from ..step.span import Span
 from .crossing import Conditions
 from .event_numbers import EventNumbers
 
@@ -80,9 +82,10 @@ class RunEvents(EventNumbers):
         found = events.indicators([values[leaf] for leaf in events.indicators.leaves]) if events else []
         parts = [jnp.zeros(0), *(jnp.ravel(indicator) for indicator in found)]
         if self.n_nonlinear:
-            parts.append(self._nonlinear(t, y, args))
-        if self.settings.stop:
-            parts.append(self._stop(args, values)[None])
+            parts.append(self.system.instants.nonlinear(t, self.bound(y, args).params))
+        if (stop := self.settings.stop) is not None:
+            (value,) = stop(args.numbers.stop, [values[leaf] for leaf in stop.leaves])
+            parts.append((-value if self.settings.direction is False else value)[None])
         return jnp.concatenate(parts)
 
     def renewed(self, t: Numbers, truths: Array, indicators: Array, args: RunArgs) -> Array:
@@ -99,11 +102,24 @@ class RunEvents(EventNumbers):
         met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, indicators > 0))
         return jnp.where(jnp.abs(indicators) <= self.band(t, args), met, indicators > 0)
 
-    def conditions(self, see: Callable[[Numbers], PathSample], t: Numbers, armed: Array, args: RunArgs) -> Conditions:
-        """The conditions on a path with the event indicators `see`, up to a time. Relations that are not `armed` have
-        changed and have stayed close to zero since; their hysteresis is wider.
+    def sample(self, path: Span, args: RunArgs, t: Numbers) -> PathSample:
+        """The event indicators at a time on the path of a step."""
+        forward, correction = args.forward, path.correction
+        if correction is None:
+            return sample(lambda t: self.indicators(forward * t, path.plain(t), args), t)
+
+        def values(t: Numbers, y: Array) -> tuple[Array, Array]:
+            indicators, rates = self.indicators_and_rates(forward * t, y, args)
+            return indicators, forward * rates
+
+        return corrected_sample(values, path.plain, ft.partial(correction.error_at, path.inner), t)
+
+    def conditions(self, path: Span, t: Numbers, armed: Array, args: RunArgs) -> Conditions:
+        """The conditions on the path of a step, up to a time. Relations that are not `armed` have changed and have
+        stayed close to zero since; their hysteresis is wider.
         """
         positive, negative = self.polarity
+        see = ft.partial(self.sample, path, args)
         band = jnp.where(armed, self.band(t, args), jnp.maximum(self.band(t, args), args.back))
         return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
 
@@ -220,15 +236,6 @@ class RunEvents(EventNumbers):
     def bound(self, y: Array, args: RunArgs) -> Inputs:
         """The inputs with the discrete variables of a point."""
         return self.system.carried.with_discrete(args.inputs, y[self.layout.point])
-
-    def _nonlinear(self, t: Numbers, y: Array, args: RunArgs) -> Array:
-        return self.system.instants.nonlinear(t, self.bound(y, args).params)
-
-    def _stop(self, args: RunArgs, values: dict[int, Numbers]) -> Array:
-        stop = self.settings.stop
-        assert stop is not None
-        value = stop(args.numbers.stop, [values[leaf] for leaf in stop.leaves])[0]
-        return -value if self.settings.direction is False else value
 
     def _times(self, t: Numbers, y: Array, args: RunArgs) -> list[tuple[Array, Array | None, np.ndarray]]:
         """Rows of times, their periods, and the numbers of their events, for each schedule: events that happen once

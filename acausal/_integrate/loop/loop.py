@@ -9,6 +9,7 @@ import numpy as np
 from jax import Array
 
 from ..._equinox_private import unvmap_any
+from ..events.crossing import Found, first_crossing
 from ..events.event_history import EventHistory
 from ..events.iteration import ACCUMULATED, STOPPED, settle
 from ..events.moment import Approach
@@ -34,9 +35,7 @@ class StepLoop(Steps):
         y = start.y
         step_args, core = self.args.carrying(y[self.layout.carried]), self.layout.core(y)
         dt0 = self.args.numbers.dt0
-        control = self.sizes.init(
-            self.terms, self.t0, self.t1, core, None if dt0 is None else self.forward * dt0, step_args, self.solver
-        )
+        control = self.sizes.init(self.terms, self.t0, self.t1, core, dt0, step_args, self.solver)
         first_end = self.planned(self.t0, control.wish, *self.limit(start.due))
         inner = None
         if not self.settings.is_corrected:
@@ -162,7 +161,14 @@ class StepLoop(Steps):
         assert events is not None
         hold = jax.lax.stop_gradient
         end, short = hold(t1), args.tick(hold(t1))
-        found = self.first_event(path, c, end, keep)
+        if events.is_searched:
+            assert c.end_sample is not None
+            held_path, held_args, last = hold((path, args, c.end_sample._replace(t=c.t)))
+            conditions = events.conditions(held_path, end, c.armed, held_args)
+            found = first_crossing(conditions, last, ~c.jumped, c.truths, end, short, keep)
+        else:
+            none = jnp.zeros(events.total, bool)
+            found = Found(jnp.asarray(False), end, end, none, jnp.zeros(events.total), c.truths, (), c.end_sample, end)
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = hold(instant)

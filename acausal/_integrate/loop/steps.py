@@ -15,9 +15,8 @@ from jaxtyping import PyTree
 
 from ..._equinox_private import while_loop, written
 from ..._evaluate.invariants import onto_invariants
-from ..._numbers import Numbers, Truth
+from ..._numbers import Truth
 from ..._reduce.jaxpr_instants import first
-from ..events.crossing import Found, first_crossing
 from ..events.event_history import EventHistory
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs, vector_field
@@ -27,7 +26,7 @@ from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
 from ..step.adjoint import LoopKind
 from ..step.controller import StepSizes, step_sizes
-from ..step.interval import PathSample, corrected_sample, sample
+from ..step.interval import PathSample, sample
 from ..step.span import Span
 from .carry import Carry, Rows, StepRecord
 from .peaks import Peaks
@@ -97,38 +96,6 @@ class Steps:
         if self.settings.is_corrected:
             found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
         return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
-
-    def first_event(self, path: Span, c: Carry, end: Array, goes: Array) -> Found:
-        """Locates the first event of a step by event indicators."""
-        assert self.events is not None
-        if not self.events.is_searched:
-            n = self.events.total
-            no, none, nowhere = jnp.asarray(False), jnp.zeros(n, bool), jnp.zeros(n)
-            return Found(no, end, end, none, nowhere, c.truths, (), c.end_sample, end)
-        hold = jax.lax.stop_gradient
-        path, args = hold((path, self.args))
-        events, forward, correction = self.events, self.forward, path.correction
-
-        def values(t: Numbers, y: Array) -> tuple[Array, Array]:
-            indicators, rates = events.indicators_and_rates(forward * t, y, args)
-            return indicators, forward * rates
-
-        def see(t: Numbers) -> PathSample:
-            if correction is None:
-                return sample(lambda t: events.indicators(forward * t, path.plain(t), args), t)
-            return corrected_sample(values, path.plain, ft.partial(correction.error_at, path.inner), t)
-
-        assert c.end_sample is not None
-        start = hold(c.end_sample)._replace(t=hold(c.t))
-        return first_crossing(
-            events.conditions(see, hold(end), c.armed, args),
-            start,
-            ~c.jumped,
-            c.truths,
-            hold(end),
-            args.tick(end),
-            goes,
-        )
 
     # Saved data
 

@@ -79,8 +79,18 @@ class Reading:
         ts, ys = (np.concatenate(parts)[: len(i)] for parts in zip(*blocks, strict=True))
         return ts, ys
 
+    @ft.partial(jax.jit, static_argnums=0)
     def __call__(self, arguments: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
-        return _read(self, arguments)
+        (infos, ends), theta, inputs, forward = arguments
+
+        def of_step(step: tuple[Any, Array, Array]) -> tuple[Any, Any]:
+            info, end, theta = step
+            path = self.solver.interpolation_cls(t0=info["start"], t1=info["end"], **info["inner"])
+            span = Span(path.t0, path.t1, path, info["carried"], self.layout)
+            t = jnp.asarray(span.t0 + theta * (end - span.t0))
+            return t, jax.vmap(self.on(span, inputs, forward))(t)
+
+        return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)
 
     def on(self, span: Span, inputs: Inputs, forward: Array) -> Callable[[Array], Vector]:
         """The state vector as a function of time in a step, with stiff states corrected by the equations."""
@@ -124,17 +134,3 @@ class Reading:
 
     def followers(self, arguments: Any) -> tuple[()]:
         return ()
-
-
-@ft.partial(jax.jit, static_argnums=0)
-def _read(reading: Reading, arguments: tuple[Any, Array, Inputs, Array]) -> tuple[Any, Any]:
-    (infos, ends), theta, inputs, forward = arguments
-
-    def of_step(step: tuple[Any, Array, Array]) -> tuple[Any, Any]:
-        info, end, theta = step
-        path = reading.solver.interpolation_cls(t0=info["start"], t1=info["end"], **info["inner"])
-        span = Span(path.t0, path.t1, path, info["carried"], reading.layout)
-        t = jnp.asarray(span.t0 + theta * (end - span.t0))
-        return t, jax.vmap(reading.on(span, inputs, forward))(t)
-
-    return jax.lax.map(of_step, (infos, ends, theta), batch_size=AT_ONCE)

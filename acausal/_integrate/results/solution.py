@@ -33,7 +33,7 @@ from ..loop.peaks import Peak
 from ..programs.made_from import equations_of
 from ..setup.result import sentence
 from ..setup.state_vector import StateVector
-from ..setup.user_function import as_function, trace
+from ..setup.user_function import trace
 from .checked import checked
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, energy_of
@@ -235,7 +235,7 @@ class Solution(eqx.Module, Generic[M]):
     ) -> tuple[Any, PyTreeDef]:
         """The result of `compute` for a function over the run, and the pytree structure of the function."""
         record, reading = self._dense(what), Reading(self.system, self._solver, self._layout)
-        traced, constants = trace(as_function(function, what), self.system.flat, what)
+        traced, constants = trace(function, self.system.flat, what)
         params: dict[int, Numbers] = {i: self._params[i] for i in traced.leaves if i in self._params}
 
         def of_run(params: dict[int, Numbers], record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:

@@ -112,23 +112,20 @@ class _Trajectories:
     def name(self) -> str:
         return "trajectories"
 
+    @ft.partial(jax.jit, static_argnums=0)
     def __call__(self, arguments: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
-        return _traced(self.system, self.batch, *arguments)
+        system, leaves = self.system, self.system.flat.variable_leaves
+
+        def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
+            if jnp.ndim(t) > 0:
+                return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
+            values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
+            return values | system.carried.discrete_values(y, inputs)
+
+        return over_batch(at, self.batch)(*arguments)
 
     def contents(self, arguments: tuple[Any, Any, Inputs]) -> list[object]:
         return [arguments[2].given, digest_of(self.system), self.batch]
 
     def followers(self, arguments: Any) -> tuple[()]:
         return ()
-
-
-@ft.partial(jax.jit, static_argnums=(0, 1))
-def _traced(system: System, batch: int, ts: Array, ys: Array, inputs: Inputs) -> dict[int, Array]:
-    def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
-        if jnp.ndim(t) > 0:
-            return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
-        leaves = system.flat.variable_leaves
-        values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
-        return values | system.carried.discrete_values(y, inputs)
-
-    return over_batch(at, batch)(ts, ys, inputs)

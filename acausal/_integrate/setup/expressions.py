@@ -14,7 +14,7 @@ from ..._unit_check.interpret import Interpreter
 from ..._unit_check.values import Value, constant
 from ..._units.dimension import DERIVED, NUMBER
 from ..._units.parsing import UnknownUnit, parsed
-from .user_function import UserFunction, as_function, trace
+from .user_function import UserFunction, trace
 
 
 def expression(
@@ -34,7 +34,7 @@ def varies(flat: FlatModel, leaf: int) -> bool:
 
 
 def _traced(function: Callable[..., PyTree], flat: FlatModel) -> tuple[UserFunction, list[Numbers]]:
-    quantity, constants = trace(as_function(function, "An expression"), flat, "An expression")
+    quantity, constants = trace(function, flat, "An expression")
     if quantity.n_outputs != 1:
         raise ModelError(f"An expression must be one real number, but this one returned {quantity.n_outputs}.")
     return quantity, constants

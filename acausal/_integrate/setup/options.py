@@ -196,9 +196,7 @@ def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
 
 
 def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:
-    """The numbers, replaced by those of a run of zero length if they are wrong. `dt0` takes the sign of the run."""
+    """The numbers, replaced by those of a run of zero length if they are wrong."""
     options = {name: getattr(numbers, name) for name in HARMLESS if getattr(numbers, name) is not None}
     safe: dict[str, Array] = {name: jnp.where(wrong, HARMLESS[name], value) for name, value in options.items()}
-    if "dt0" in safe:
-        safe["dt0"] = jnp.where(safe["t1"] < safe["t0"], -safe["dt0"], safe["dt0"])
     return dataclasses.replace(numbers, **safe)

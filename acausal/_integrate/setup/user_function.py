@@ -83,10 +83,11 @@ def as_function(value: object, what: str, arguments: Sequence[str] = (VARIABLES,
 def trace(
     function: Callable[..., PyTree], flat: FlatModel, what: str, n_views: int = 1
 ) -> tuple[UserFunction, list[Numbers]]:
-    """Traces a user function of `n_views` views of the model. Returns the function and its constants.
+    """Validates and traces a user function of `n_views` views of the model. Returns the function and its constants.
 
     The trace is cached if the function is known to compute the same again.
     """
+    function = as_function(function, what, (VARIABLES, DERIVATIVES)[:n_views])
     key = _key_of(function, _stating(flat))
     if key is None:
         return _trace(function, flat, what, n_views)
