@@ -55,7 +55,7 @@ class Compilation:
     timer: threading.Timer | None = None
     said: TextIO | None = None  # stream with an open message
 
-    def begin(self, event: str, name: object) -> None:
+    def start(self, event: str, name: object) -> None:
         self.depth += 1
         if self.depth > 1:
             return
@@ -124,13 +124,13 @@ _here = _Threads()
 
 def announce_compilation() -> None:
     """Register the messages about compilations that take longer than `DELAY`."""
-    monitoring.register_scalar_listener(_begin)
+    monitoring.register_scalar_listener(_start)
     monitoring.register_event_duration_secs_listener(_end)
 
 
-def _begin(event: str, value: float, **names: object) -> None:
+def _start(event: str, value: float, **names: object) -> None:
     if event in (TRACING, LOWERING, COMPILING):
-        _here.work.begin(event, names.get("fun_name"))
+        _here.work.start(event, names.get("fun_name"))
 
 
 def _end(event: str, duration_secs: float, **names: object) -> None:

@@ -97,7 +97,7 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
 
 def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
     """The point in the modes that it implies; for start values, after the events at the start."""
-    y, params, outcome, holds = _started(point)
+    y, params, outcome, holds = _event_start(point)
     if not is_traced(outcome) and outcome != 0:
         why = why_ended(point.system, float(outcome), holds)
         raise SimulationError(
@@ -110,10 +110,10 @@ def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
 
 
 @jax.jit
-def _started(point: OperatingPoint) -> tuple[Any, ModelParameters, Any, Any]:
+def _event_start(point: OperatingPoint) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, the outcome of the start, and the true conditions."""
     system, inputs = point.system, point.inputs()
-    start = event_start(system, point.t, point.y, inputs, point.past, is_started=point.is_initialised)
+    start = event_start(system, point.t, point.y, inputs, point.past, is_initialised=point.is_initialised)
     held = system.carried.discrete_values(start.y[start.events.layout.point], inputs)
     return start.states, point.params.changed(held), start.outcome, start.holds
 

@@ -26,7 +26,7 @@ def are_equalities(closed: ClosedJaxpr, moving: Sequence[bool]) -> list[bool]:
     Values from a discrete set, such as rounded numbers, may be compared.
     """
     inputs = [_Seen(moves) for moves in moving]
-    return [seen.is_equality for seen in _walk(closed, inputs)]
+    return [value.is_equality for value in _walk(closed, inputs)]
 
 
 def _walk(closed: ClosedJaxpr, inputs: Sequence[_Seen]) -> list[_Seen]:

@@ -62,11 +62,11 @@ def _differentiate(
     partner = inverted(mate, len(orders))
     for row in np.flatnonzero(mate < 0).tolist():
         while True:
-            found, seen_rows, seen_variables = _augment(row, edges, counts, orders, partner)
+            found, visited_rows, visited_variables = _augment(row, edges, counts, orders, partner)
             if found:
                 break
-            counts[list(seen_rows)] += 1
-            orders[list(seen_variables)] += 1
+            counts[list(visited_rows)] += 1
+            orders[list(visited_variables)] += 1
 
 
 def _augment(
@@ -74,7 +74,7 @@ def _augment(
 ) -> tuple[bool, set[int], set[int]]:
     """Search breadth-first for an alternating path to a free highest derivative, and flip it."""
     came_from: dict[int, int] = {}
-    seen_rows, queue = {row}, [row]
+    visited_rows, queue = {row}, [row]
     for current in queue:
         for variable, k in edges[current]:
             if k + counts[current] != orders[variable] or variable in came_from:
@@ -83,11 +83,11 @@ def _augment(
             mate = int(partner[variable])
             if mate < 0:
                 _flip(variable, came_from, partner, row)
-                return True, seen_rows, set(came_from)
-            if mate not in seen_rows:
-                seen_rows.add(mate)
+                return True, visited_rows, set(came_from)
+            if mate not in visited_rows:
+                visited_rows.add(mate)
                 queue.append(mate)
-    return False, seen_rows, set(came_from)
+    return False, visited_rows, set(came_from)
 
 
 def _flip(variable: int, came_from: dict[int, int], partner: np.ndarray, start: int) -> None:

@@ -55,7 +55,7 @@ def select_states(reduced: Reduced, values: np.ndarray | None = None) -> Chosen:
         active = np.flatnonzero(reduced.differentiations).tolist()
         known: dict[tuple, _Choice] = {}
         for members, own in connected_rows(entries, active):
-            _select_group(chosen, members, _told_apart(own), known)
+            _select_group(chosen, members, _with_generic_values(own), known)
     _check_never(chosen)
     return chosen
 
@@ -136,7 +136,7 @@ def _check_never(chosen: Chosen) -> None:
         )
 
 
-def _told_apart(entries: Entries) -> Entries:
+def _with_generic_values(entries: Entries) -> Entries:
     """Entries with different stand-ins for unknown numbers, so that they do not cancel by accident."""
     spread = 1.0 + 0.3 * np.modf(0.6180339887 * (1.0 + np.arange(len(entries.rows))))[0]
     return entries._replace(numbers=np.where(entries.known, entries.numbers, entries.numbers * spread))

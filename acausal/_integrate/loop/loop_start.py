@@ -122,7 +122,7 @@ def event_start(
     inputs: Inputs,
     past: Past | None,
     *,
-    is_started: bool = False,
+    is_initialised: bool = False,
     is_search: bool = False,
 ) -> EventStart:
     """The start of a run, or of a start search, from these states in a model with events. Past events happen unless
@@ -130,7 +130,7 @@ def event_start(
     """
     none = diffrax.NoProgressMeter()
     settings = Settings(
-        system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, none, is_started, is_search=is_search
+        system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, none, is_initialised, is_search=is_search
     )
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     args = RunArgs(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
