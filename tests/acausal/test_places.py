@@ -27,7 +27,7 @@ def test_another_place_traces_no_equation(monkeypatch: pytest.MonkeyPatch) -> No
     system = structure(model).system
     traced: list[Any] = []
     run = groups.evaluate_block
-    monkeypatch.setattr(groups, "run", lambda *args: traced.append(args[0]) or run(*args))
+    monkeypatch.setattr(groups, "evaluate_block", lambda *args: traced.append(args[0]) or run(*args))
 
     def at_two_places(k: Any, y: Any) -> Any:
         rates = [system.vector_field(0.0, x, system.pack(replace(model, {"k": j}))) for j, x in ((k, y), (2.0 * k, -y))]

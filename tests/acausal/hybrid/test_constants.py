@@ -52,15 +52,15 @@ CONSTANTS = {
 }
 DERIVATIVE = {"STILL": moment}  # of event times
 ROOM = dict.fromkeys(("AT_ONCE", "STEPS", "MOMENTS", "ROOM"), settings)  # of records
-ORDERS = {"NODES", "LOOKS", "DERIVATIVES"}  # whole numbers of a method
+ORDERS = {"NODES", "EVALUATIONS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate.setup": "schedule settings",
     "_integrate.step": "correction interval",
     "_integrate.events": "changes crossing event_history event_numbers iteration moment part rounds run_events turns",
     "_integrate.loop": "carry loop loop_start peaks",
     "_integrate.results": "event_log",
-    "_evaluate": "event_set events instants",
-    "_reduce": "angles held instants jumps logic margins",
+    "_evaluate": "equation_instants event_set events",
+    "_reduce": "angles event_indicators held jaxpr_instants jumps logic",
     "_declare": "ifelse",
 }
 
@@ -251,7 +251,7 @@ def test_results_do_not_depend_on_constants(model: Callable[[], Any]) -> None:
 
 
 def test_derivatives_and_records_do_not_depend_on_constants(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(compiled, "run", inspect.unwrap(compiled.run_traced))
+    monkeypatch.setattr(compiled, "run_traced", inspect.unwrap(compiled.run_traced))
     exact = jax.jit(jax.jacfwd(impacts))(0.8)
     values = {name: getattr(home, name) for name, home in (DERIVATIVE | ROOM).items()}
     for factor in (0.1, 10.0):
