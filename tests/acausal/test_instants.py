@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from acausal._reduce.jaxpr_instants import instants
 from jaxtyping import Array, Float
 
 from acausal import Component, Equations, Param, Scalar, Time, Var, eq, simulate
+from acausal._reduce.jaxpr_instants import instants
 
 Knots = Float[Array, "6"]
 Steps = Float[Array, "7"]

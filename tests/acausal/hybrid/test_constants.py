@@ -212,9 +212,8 @@ def scaled(model: Callable[[], Any]) -> Any:
 
     def results(*factors: Any) -> Any:
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(
-                compiled, "run", inspect.unwrap(compiled.run_traced)
-            )  # what is compiled on its own keeps no tracers
+            # What is compiled on its own keeps no tracers.
+            patch.setattr(compiled, "run_traced", inspect.unwrap(compiled.run_traced))
             for (name, homes), factor in zip(CONSTANTS.items(), factors, strict=True):
                 for home in homes:
                     patch.setattr(home, name, factor * getattr(home, name))
