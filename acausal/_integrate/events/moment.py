@@ -17,9 +17,9 @@ STILL = 1e-8  # rate of an event indicator, relative to that on the path, below 
 
 
 class Approach(NamedTuple):
-    """Data of a step just before an event: a time just `before` it, and the `rates`, the rate of each event's crossing
-    function on the path of the step. The function `correction`, if any, corrects the rates by the equations, which
-    amplify the errors of stiff components, towards the rates on the path.
+    """Data of a step just before an event: a time just `before` it, and the `rates` of the event indicators on the path
+    of the step. The function `rate_correction`, if any, corrects the rates by the equations, which amplify the errors
+    of stiff components, towards the rates on the path.
     """
 
     before: Numbers
@@ -64,7 +64,7 @@ def carried_to_moment(
 @ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
 def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[PyTree, PyTree]:
     number, t, approach, ys, due, args = primals
-    _, dt, _, dys, ddue, dgiven = tangents
+    _, dt, _, dys, ddue, dargs = tangents
     moment, there = carried_to_moment(laws, number, t, approach, ys, due, args)
     dt, dys = array_of(dt), array_of(dys)
 
@@ -72,14 +72,14 @@ def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree
         return jax.vmap(lambda y: laws.rates(t, y, args))(ys)
 
     early = jax.lax.stop_gradient(approach.before - t)
-    f, df = pushed(rates, (early + moment, there, args), (dt, dys, dgiven))
+    f, df = pushed(rates, (early + moment, there, args), (dt, dys, dargs))
     # From t to the moment the tangents change by (moment - t) df. The difference is zero, but not its derivative.
     dys = dys + (moment - t) * df
 
     def indicator(t: Numbers, y: Array, due: Array, args: PyTree) -> Array:
         return laws.indicator(number, t, y, due, args)
 
-    _, dg = pushed(indicator, (moment, there[0], due, args), (dt, dys[0], ddue, dgiven))
+    _, dg = pushed(indicator, (moment, there[0], due, args), (dt, dys[0], ddue, dargs))
     _, push = jax.linearize(lambda t, y: indicator(t, y, due, args), moment, there[0])
     slope = push(jnp.ones_like(moment), f[0])
     # Products of rates below the square root of the smallest number lose their digits.

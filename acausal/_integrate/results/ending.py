@@ -25,8 +25,8 @@ from .unresolved import are_unresolved
 
 
 class Integrated(NamedTuple):
-    """The initial state vector, a mask of invalid start values, the final carry of the loop, and the largest crossing
-    function of each relation that changed and could not change back (zero for all others).
+    """The initial state vector, a mask of invalid start values, the final carry of the loop, and the largest event
+    indicator of each relation that changed and could not change back (zero for all others).
     """
 
     start: Array
