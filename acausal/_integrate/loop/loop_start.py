@@ -135,8 +135,8 @@ def event_start(
     end, one = jnp.asarray(jnp.inf), jnp.asarray(1.0)
     args = RunArgs(inputs, RunNumbers(t0, end, None, None, one, None, [], [], [], [], past=past))
     events = RunEvents(settings, settings.layout, is_reversible=True)
-    args, begun = loop_start(settings, args, states, events)
-    return EventStart(events, args, begun.y, begun.holds, begun.outcome)
+    args, start = loop_start(settings, args, states, events)
+    return EventStart(events, args, start.y, start.holds, start.outcome)
 
 
 def why_ended(system: System, outcome: float, holds: Array) -> str:

@@ -33,10 +33,10 @@ def within_run(t: Numbers, record: StepRecord) -> tuple[Array, Array]:
     """Times moved onto the ends of the run that they equal within the time resolution, and a mask of those outside the
     run. Times count forwards.
     """
-    begin, end = record.ts[0], record.ts[record.n]
-    slack = tick(end, begin)
-    nearest = jnp.where(t < begin, begin, jnp.where(t > end, end, t))  # unlike clip, with all of the slope at the ends
-    return nearest, ~((t >= begin - slack) & (t <= end + slack))
+    start, end = record.ts[0], record.ts[record.n]
+    slack = tick(end, start)
+    nearest = jnp.where(t < start, start, jnp.where(t > end, end, t))  # unlike clip, with all of the slope at the ends
+    return nearest, ~((t >= start - slack) & (t <= end + slack))
 
 
 @dataclasses.dataclass(frozen=True)
