@@ -13,7 +13,7 @@ from .._tracing import known
 from .._units.display import Scale
 from .diagram import Diagram
 from .schematic.graph import graph_of
-from .schematic.layout import layout
+from .schematic.layout import Schematic, layout
 from .schematic.svg import Look, svg
 from .schematic.symbols import Symbol
 from .symbol import box, domain_of, has_symbols, is_input, ports_of, symbol_of
@@ -24,16 +24,28 @@ MOST = 30  # lines of a tooltip
 
 def diagram_svg(diagram: Diagram) -> str:
     """See `Diagram.svg`."""
+    found = schematic(diagram)
+    colours = [diagram.colours[diagram.joints[number].domain] for number in found.graph.net_of]
+    looks = {path: _look(diagram, path) for path in diagram.boxes}
+    return svg(found, colours, looks, _inputs(diagram))
+
+
+def schematic(diagram: Diagram) -> Schematic:
+    """The layout of the components of a diagram and of the lines between them."""
     joints = [[(path, port) for path, ports in joint.ports for port in ports.split(", ")] for joint in diagram.joints]
     used: dict[str, list[str]] = {path: [] for path in diagram.boxes}
     for path, port in (end for joint in joints for end in joint):
         used[path].append(port)
-    graph = graph_of({path: _symbol(_one(diagram._parts[path]), ports) for path, ports in used.items()}, joints)
-    kinds = {path: ports_of(_one(diagram._parts[path])) for path in used}
-    inputs = {(path, port) for path, ports in kinds.items() for port, kind in ports.items() if is_input(kind)}
-    colours = [diagram.colours[diagram.joints[number].domain] for number in graph.net_of]
-    looks = {path: _look(diagram, path) for path in diagram.boxes}
-    return svg(layout(graph), colours, looks, inputs)
+    symbols = {path: _symbol(_one(diagram._parts[path]), ports) for path, ports in used.items()}
+    inputs = _inputs(diagram)
+    signals = {i for i, joint in enumerate(joints) if inputs.intersection(joint)}
+    return layout(graph_of(symbols, joints, signals))
+
+
+def _inputs(diagram: Diagram) -> set[tuple[str, str]]:
+    """The ports that read signals, each with the path of its component."""
+    kinds = {path: ports_of(_one(diagram._parts[path])) for path in diagram.boxes}
+    return {(path, port) for path, ports in kinds.items() for port, kind in ports.items() if is_input(kind)}
 
 
 def _one(part: Node) -> Node:

@@ -1,5 +1,7 @@
 """Symbols of signal blocks: boxes with the law or the curve of the block."""
 
+import dataclasses
+
 from acausal import Symbol
 
 from .._drawing import circle, rect
@@ -38,7 +40,7 @@ LIMIT = "M58 28h5l8-16h5"
 CHANGEOVER = {"u1": (0, 10), "u2": (0, 30), "control": (20, 40), "y": (40, 20)}
 PULSES = "M6 30h5v-20h6v20h5v-20h6v20h5"
 
-SYMBOLS = {
+_SYMBOLS = {
     "SISO": _box(ONE),
     "SI2SO": _box(TWO),
     "SignalSource": _source(),
@@ -103,3 +105,5 @@ SYMBOLS = {
     ),
     "SmoothSwitch": _box(CHANGEOVER, curve="M0 10h9M0 30h9M9 10c12 0 8 10 22 10h9M9 30c12 0 8-10 22-10"),
 }
+# Mirrored curves would be those of other blocks.
+SYMBOLS = {name: dataclasses.replace(symbol, can_turn=False) for name, symbol in _SYMBOLS.items()}

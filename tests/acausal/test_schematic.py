@@ -5,12 +5,18 @@ from random import Random
 
 import pytest
 
-from acausal import ModelError, Symbol
+from acausal import Component, Connections, ModelError, Symbol, connect, diagram
+from acausal._show.diagram_svg import schematic
 from acausal._show.schematic.glyph import Rect
 from acausal._show.schematic.graph import Graph, graph_of
 from acausal._show.schematic.layout import Schematic, layout
 from acausal._show.schematic.programs import least_lengths
 from acausal._show.schematic.symbols import Point, Turned
+from components.electrical import Capacitor, ConstantVoltage, Diode, Ground, Resistor
+from docs.drive import drive
+from studies.actuators import ehs_sticking, ema_fise
+from studies.architectures._hydrostatic import servo_pump
+from studies.architectures._stored import automated_gearbox
 
 PART = Symbol(60, 40, {"a": (0, 20), "b": (60, 20), "top": (30, 0), "below": (30, 40)})
 ELEMENT = Symbol(60, 20, {"a": (0, 10), "b": (60, 10)})
@@ -72,6 +78,59 @@ def check(found: Schematic) -> None:
 @pytest.mark.parametrize("seed", range(12))
 def test_random_graphs(seed: int) -> None:
     check(layout(random_graph(Random(seed))))
+
+
+class Rectifier(Component):
+    """A bridge of diodes with a capacitor and a load."""
+
+    source: ConstantVoltage
+    diodes: tuple[Diode, ...]
+    store: Capacitor
+    load: Resistor
+    ground: Ground = Ground()
+
+    def connections(self) -> Connections:
+        a, b, c, d = self.diodes
+        return (
+            connect(self.source.p, a.p, b.n),
+            connect(self.source.n, c.p, d.n),
+            connect(a.n, c.n, self.store.p, self.load.p),
+            connect(b.p, d.p, self.store.n, self.load.n, self.ground.p),
+        )
+
+
+MODELS = {
+    "drive": lambda: drive,
+    "electromechanical actuator": ema_fise,
+    "hydraulic actuator": ehs_sticking,
+    "closed circuit": servo_pump,
+    "servo of 31 parts": automated_gearbox,
+    "rectifier": lambda: Rectifier(
+        source=ConstantVoltage(V=1.0), diodes=(Diode(),) * 4, store=Capacitor(C=1.0), load=Resistor(R=1.0)
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_models(name: str) -> None:
+    found = schematic(diagram(MODELS[name](), depth=None if name == "drive" else 1))
+    check(found)
+    assert all(
+        glyph.turned == Turned(glyph.turned.symbol) for glyph in found.graph.glyphs if not glyph.turned.symbol.can_turn
+    )
+
+
+def test_a_curve_is_never_mirrored() -> None:
+    curve = Symbol(40, 40, {"u": (0, 20), "y": (40, 20)}, can_turn=False)
+    joints = [[("part", "a"), ("curve", "y")], [("part", "b"), ("curve", "u")]]
+    glyphs = layout(graph_of({"part": PART, "curve": curve}, joints, signals={0, 1})).graph.glyphs
+    assert glyphs[1].turned == Turned(curve)
+
+
+def test_ports_close_together() -> None:
+    tight = Symbol(60, 40, {f"{i}": (10 * i, 40) for i in range(1, 6)})
+    joints = [[("one", f"{i}"), ("other", f"{6 - i}")] for i in range(1, 6)]
+    check(layout(graph_of({"one": tight, "other": tight}, joints)))
 
 
 def test_a_chain_runs_from_left_to_right() -> None:

@@ -22,21 +22,23 @@ def facing(graph: Graph) -> tuple[Graph, np.ndarray]:
     """
     count = len(graph.glyphs)
     matrix, pull, alike = SLIGHT * np.eye(count), np.zeros((count, count)), np.zeros((count, count))
-    for a, b, weight in graph.pairs():
+    can_turn = np.array([glyph.turned.symbol.can_turn and not glyph.turned.is_turned for glyph in graph.glyphs])
+    for a, b, weight, is_alone in graph.pairs():
         ends = np.array([a.glyph, b.glyph])
         matrix[ends, ends] += weight
         matrix[ends, ends[::-1]] -= weight
         pull[ends, a.glyph] += 0.5 * weight * graph.side(a)[0] * np.array([-1.0, 1.0])
         pull[ends, b.glyph] += 0.5 * weight * graph.side(b)[0] * np.array([1.0, -1.0])
-        if weight < 1.0:  # more than two ports: those on the same side of a line may stand below each other
+        if not is_alone:  # ports on the same side of a line may stand below each other
             alike[ends, ends[::-1]] += 0.25 * weight * graph.side(a)[0] * graph.side(b)[0]
     inverse = np.linalg.inv(matrix)
     energy, sense = pull.T @ inverse @ pull + alike, np.ones(count)
     for _ in range(2 * count):
         gain = -4.0 * sense * (energy @ sense) + 4.0 * np.diag(energy)
-        if np.max(gain) < LEAST_GAIN:
+        best = np.argmax(np.where(can_turn, gain, 0.0))
+        if gain[best] < LEAST_GAIN:
             break
-        sense[np.argmax(gain)] *= -1.0
+        sense[best] *= -1.0
     for number in np.flatnonzero(sense < 0.0).tolist():
         turned = graph.glyphs[number].turned
         graph = graph.turned(number, dataclasses.replace(turned, is_mirrored=not turned.is_mirrored))
@@ -50,7 +52,7 @@ def standing(graph: Graph) -> tuple[Graph, np.ndarray]:
     for number, glyph in enumerate(graph.glyphs):
         turned = glyph.turned
         sides = [turned.side(port)[0] for port in (*glyph.used, *glyph.references)]
-        if turned.is_turned or sorted(side for side in sides if side) != [-1, 1]:
+        if turned.is_turned or not turned.symbol.can_turn or sorted(side for side in sides if side) != [-1, 1]:
             continue
         for mirrored in (False, True):
             other, places = facing(graph.turned(number, Turned(turned.symbol, mirrored, is_turned=True)))
@@ -63,7 +65,7 @@ def _strain(graph: Graph, x: np.ndarray) -> float:
     """The sum of squared deviations from the distances that ports want."""
     return sum(
         weight * (x[b.glyph] - x[a.glyph] - 0.5 * (graph.side(a)[0] - graph.side(b)[0])) ** 2
-        for a, b, weight in graph.pairs()
+        for a, b, weight, _ in graph.pairs()
     )
 
 
@@ -72,7 +74,7 @@ def columns(graph: Graph, x: np.ndarray) -> np.ndarray:
     order = np.lexsort((np.arange(len(x)), np.round(x, 2)))
     place = np.argsort(order)
     links, bounds = [], []
-    for a, b, weight in graph.pairs():
+    for a, b, weight, _ in graph.pairs():
         a, b = (a, b) if place[a.glyph] < place[b.glyph] else (b, a)
         (right_a, down_a), (right_b, down_b) = graph.side(a), graph.side(b)
         faces, is_beside = right_a > right_b, down_a == down_b != 0

@@ -114,8 +114,11 @@ def _labels(size: Point, long: int, beyond: int) -> Iterator[Label]:
 
 
 def _around_stub(turned: Turned, port: str) -> Rect:
+    """The rectangle in which the line from a port has space to turn."""
     (x, y), (right, down) = turned.port(port), turned.side(port)
-    return _around(((x, y), (x + 2 * STUB * right, y + 2 * STUB * down)))[0]
+    left, top, right, bottom = _around(((x, y), (x + 2 * STUB * right, y + 2 * STUB * down)))[0]
+    aside, along = (STUB, 0) if left == right else (0, STUB)
+    return Rect(left - aside, top - along, right + aside, bottom + along)
 
 
 def _around(line: tuple[Point, ...]) -> list[Rect]:

@@ -2,11 +2,13 @@
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from .glyph import Glyph
 from .symbols import Point, Symbol, Turned
+
+SIGNAL = 0.05  # weight of a signal beside that of a line with a flow
 
 
 class Terminal(NamedTuple):
@@ -16,6 +18,15 @@ class Terminal(NamedTuple):
     port: str
 
 
+class Pair(NamedTuple):
+    """Two ports of a net, with a weight."""
+
+    a: Terminal
+    b: Terminal
+    weight: float
+    is_alone: bool  # the net has no other ports
+
+
 Net = tuple[Terminal, ...]
 
 
@@ -23,17 +34,18 @@ Net = tuple[Terminal, ...]
 class Graph:
     glyphs: tuple[Glyph, ...]
     nets: tuple[Net, ...]
+    weights: tuple[float, ...]  # of the nets
     net_of: tuple[int, ...]  # number of the joint that each net draws
 
     def side(self, end: Terminal) -> Point:
         return self.glyphs[end.glyph].turned.side(end.port)
 
-    def pairs(self) -> Iterator[tuple[Terminal, Terminal, float]]:
+    def pairs(self) -> Iterator[Pair]:
         """Connected ports of different glyphs, with weights: all pairs of a net together weigh as its lines."""
-        for net in self.nets:
+        for net, weight in zip(self.nets, self.weights, strict=True):
             for a, b in itertools.combinations(net, 2):
                 if a.glyph != b.glyph:
-                    yield a, b, 2.0 / len(net)
+                    yield Pair(a, b, 2.0 * weight / len(net), len(net) == 2)
 
     def turned(self, number: int, turned: Turned) -> "Graph":
         """A copy in which a glyph has another direction."""
@@ -42,8 +54,13 @@ class Graph:
         return dataclasses.replace(self, glyphs=tuple(glyphs))
 
 
-def graph_of(symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str, str]]]) -> Graph:
-    """The graph of symbols by name, from sets of connected ports, each as the name of its symbol and its own name."""
+def graph_of(
+    symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str, str]]], signals: Container[int] = ()
+) -> Graph:
+    """The graph of symbols by name, from sets of connected ports, each as the name of its symbol and its own name.
+
+    `signals` are the numbers of the sets whose lines may be long, so that loops are open there.
+    """
     fixing = {i: name for i, joint in enumerate(joints) if (name := _reference(joint, symbols, joints)) is not None}
     names = [name for name in symbols if name not in fixing.values()]
     number = {name: i for i, name in enumerate(names)}
@@ -63,7 +80,8 @@ def graph_of(symbols: Mapping[str, Symbol], joints: Sequence[Sequence[tuple[str,
         Glyph(name, _upright(symbols[name], used[name], references[name]), tuple(used[name]), references[name])
         for name in names
     )
-    return Graph(tuple(glyphs), tuple(nets.values()), tuple(nets))
+    weights = (SIGNAL if i in signals else 1.0 for i in nets)
+    return Graph(tuple(glyphs), tuple(nets.values()), tuple(weights), tuple(nets))
 
 
 def _reference(joint: Sequence[tuple[str, str]], symbols: Mapping[str, Symbol], joints: Sequence) -> str | None:

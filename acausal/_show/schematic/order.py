@@ -9,7 +9,7 @@ import numpy as np
 from .levels import Levels, Link
 
 SWEEPS, TRIES = 12, 8
-UPSIDE_DOWN, AWAY = 2.0, 0.5  # costs beside those of crossings
+UPSIDE_DOWN, AWAY, BACK = 2.0, 0.5, 0.4  # costs beside those of crossings
 
 
 def ordered(levels: Levels) -> Levels:
@@ -79,15 +79,16 @@ class _Order:
     def _around(self, i: int) -> float:
         return self.crossings(i) + self.crossings(i + 1) + self.within(i)
 
-    def crossings(self, i: int) -> int:
-        """The number of crossings of lines between a column and the one before."""
+    def crossings(self, i: int) -> float:
+        """The crossings of lines between a column and the one before, and the cost of lines that turn back."""
         left, right = (self._places(level) if 0 <= level < len(self.columns) else {} for level in (i - 1, i))
         ends = [
-            (link.net, self._end(left, link.a, link.y_a), self._end(right, link.b, link.y_b))
-            for link in self._before[i]
+            (link, self._end(left, link.a, link.y_a), self._end(right, link.b, link.y_b)) for link in self._before[i]
         ]
-        return sum(
-            net != other and (a - c) * (b - d) < 0 for (net, a, b), (other, c, d) in itertools.combinations(ends, 2)
+        cost = sum(BACK * self._turns_back(link, b / len(right) - a / len(left)) for link, a, b in ends)
+        return cost + sum(
+            link.net != other.net and (a - c) * (b - d) < 0
+            for (link, a, b), (other, c, d) in itertools.combinations(ends, 2)
         )
 
     def within(self, i: int) -> float:
@@ -95,11 +96,16 @@ class _Order:
         place, cost = self._places(i), 0.0
         for link in self._inside[i]:
             apart = place[link.b] - place[link.a]
-            for item, y, down in ((link.a, link.y_a, apart), (link.b, link.y_b, -apart)):
-                leaves = (y > self._heights[item]) - (y < 0)
-                cost += UPSIDE_DOWN * (leaves * down < 0)
-            cost += AWAY * (abs(apart) - 1)
+            cost += UPSIDE_DOWN * self._turns_back(link, apart) + AWAY * (abs(apart) - 1)
         return cost
+
+    def _turns_back(self, link: Link, down: float) -> int:
+        """The number of ends, above or below an item, at which a line leaves away from its other end."""
+        found = 0
+        for item, y, way in ((link.a, link.y_a, down), (link.b, link.y_b, -down)):
+            leaves = (y > self._heights[item]) - (y < 0)
+            found += leaves * way < 0
+        return found
 
     def _places(self, i: int) -> dict[int, int]:
         return {item: k for k, item in enumerate(self.columns[i])}

@@ -45,7 +45,7 @@ def _across(graph: Graph, levels: Levels, y: np.ndarray, spread: int) -> np.ndar
                 needed.append(graph.glyphs[a].rect.right + gap)
             bounds += [(a, b, float(max(needed)))] if needed else []
     links = []
-    for a, b, weight in graph.pairs():
+    for a, b, weight, _ in graph.pairs():
         (x_a, _), (x_b, _) = (graph.glyphs[end.glyph].turned.port(end.port) for end in (a, b))
         links.append((a.glyph, b.glyph, float(x_a - x_b), weight))
     return least_lengths(len(graph.glyphs), links, bounds)

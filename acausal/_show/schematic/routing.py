@@ -53,19 +53,35 @@ class Wire:
 
 
 class NoRoute(Exception):
-    """Raised if a port cannot be reached."""
+    """Raised if a port of a net cannot be reached. The argument is the number of the net."""
 
 
 def routed(nets: Sequence[Sequence[PortEnd]], blocked: set[Point], size: Point) -> list[Wire]:
-    """Lines for all nets on a grid of a given size. Raises `NoRoute` if there is no space for one."""
-    router = _Router(nets, blocked, size)
+    """Lines for all nets on a grid of a given size. Raises `NoRoute` if there is no space for one.
+
+    Short nets are drawn first. If others leave no way to a net, all are drawn again, this one first.
+    """
     order = sorted(range(len(nets)), key=lambda number: _extent(nets[number]))
-    for number in order:
-        router.draw(number)
+    for left in reversed(range(len(nets) + 1)):
+        router = _Router(nets, blocked, size)
+        try:
+            for number in order:
+                router.draw(number)
+        except NoRoute as failure:
+            if not left:
+                raise
+            order.sort(key=lambda number, first=failure.args[0]: number != first)
+        else:
+            return _improved(router, order)
+    return []
+
+
+def _improved(router: "_Router", order: list[int]) -> list[Wire]:
+    """The lines after each net was drawn again, beside all others."""
     for number in order * ROUNDS:
         router.erase(number)
         router.draw(number)
-    return [Wire(frozenset(router.edges[number])) for number in range(len(nets))]
+    return [Wire(frozenset(edges)) for edges in router.edges]
 
 
 def _extent(net: Sequence[PortEnd]) -> int:
@@ -143,7 +159,7 @@ class _Router:
                 if total < cost.get(further, float("inf")):
                     cost[further], came[further] = total, state
                     heapq.heappush(queue, (total + remaining(further[0]), total, further))
-        raise NoRoute
+        raise NoRoute(number)
 
     def _steps(self, number: int, state: State, targets: set[Point]) -> Iterable[tuple[float, State]]:
         """The neighbours of a state, with the costs of the steps to them."""

@@ -18,7 +18,7 @@ class Symbol:
     `ports` are the places of the ports on the edge of the symbol. `lines`, `dashed` and `solid` are data of SVG paths:
     outlines, dashed outlines and filled areas. `leads` are outlines that join a port to the symbol, drawn if the port
     has a line. `texts` stay upright where the symbol is turned. A symbol with `is_reference`, such as a tank, is
-    drawn at each port to which its component is connected.
+    drawn at each port to which its component is connected. One without `can_turn`, such as a curve, is never mirrored.
 
     A package of components gives their symbols by class name in the dictionary `SYMBOLS` of its module `_symbols`. A
     class without an entry has the symbol of its base.
@@ -33,6 +33,7 @@ class Symbol:
     texts: tuple[Text, ...] = ()
     leads: Mapping[str, str] = dataclasses.field(default_factory=dict)
     is_reference: bool = False
+    can_turn: bool = True
 
     def __post_init__(self) -> None:
         for port, (x, y) in self.ports.items():
@@ -55,6 +56,7 @@ class Symbol:
             self.texts + other.texts,
             {**self.leads, **other.leads},
             self.is_reference or other.is_reference,
+            self.can_turn and other.can_turn,
         )
 
 
