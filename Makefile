@@ -36,4 +36,4 @@ $(READY): pyproject.toml
 	touch $(READY)
 
 clean:
-	rm -rf $(VENV) output build/pages site
+	rm -rf $(VENV) output build/pages site .cache

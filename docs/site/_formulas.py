@@ -177,7 +177,7 @@ def _condition(test: ast.expr, *, holds: bool) -> str:
         words = f"{'with' if holds == (rest == 'not None') else 'without'} {part}"
     else:
         words = f"{'if' if holds else 'unless'} {text}"
-    return f"<mtext> {html.escape(words)}</mtext>"
+    return f"<mtext>&#160;&#160;{html.escape(words)}</mtext>"
 
 
 def _holds_equations(value: ast.expr) -> bool:

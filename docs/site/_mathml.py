@@ -124,7 +124,10 @@ class _Writer:
             condition = self.inside(test)
         except Unreadable:
             condition = _text(test)
-        rows = (self.inside(body), f"<mtext>if </mtext>{condition}"), (self.inside(other), "<mtext>otherwise</mtext>")
+        rows = (
+            (self.inside(body), f"<mtext>if&#160;</mtext>{condition}"),
+            (self.inside(other), "<mtext>otherwise</mtext>"),
+        )
         shown = "".join(f"<mtr><mtd>{value}</mtd><mtd>{when}</mtd></mtr>" for value, when in rows)
         return f'<mrow><mo>{{</mo><mtable class="cases">{shown}</mtable></mrow>'
 

@@ -57,8 +57,8 @@ def test_a_card_shows_law_unit_range_energy_and_names_elsewhere() -> None:
 
 def test_equations_of_an_optional_port_say_so() -> None:
     card = sections("rotational")["IdealGear"]
-    assert "<mtext> without support</mtext>" in card
-    assert "<mtext> with support</mtext>" in card
+    assert "<mtext>&#160;&#160;without support</mtext>" in card
+    assert "<mtext>&#160;&#160;with support</mtext>" in card
 
 
 def test_equations_define_the_methods_that_they_use() -> None:
