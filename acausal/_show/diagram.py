@@ -104,6 +104,8 @@ def diagram(model: Component | Solution[Any], depth: int | None = 1, *, links: s
 
     Raises `ModelError` if the connections are wrong.
     """
+    if isinstance(model, Solution) and model.is_batched:
+        raise ModelError("The solution is a batch: select one run with jax.tree_util.tree_map(lambda x: x[i], sol).")
     shown = model.final if isinstance(model, Solution) else model
     if not isinstance(shown, Component):
         raise ModelError(f"{model!r} is no component: draw a model.")

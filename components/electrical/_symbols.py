@@ -33,7 +33,7 @@ def _source(path: str, solid: str = "") -> Symbol:
 
 def _meter(letter: str, **outputs: tuple[int, int]) -> Symbol:
     lines = at(0, 20, "h15m30 0h15") + circle(30, 20, 15)
-    leads = {name: f"M{x} {y}V{10 if y == 0 else 35}" for name, (x, y) in outputs.items()}
+    leads = {name: f"M{x} {y}V{35 if y else 5 if x == 30 else 9}" for name, (x, y) in outputs.items()}
     return Symbol(60, 40, {**PINS, **outputs}, lines, texts=((30, 20, letter, 13),), leads=leads)
 
 

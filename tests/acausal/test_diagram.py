@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 from xml.etree import ElementTree
 
+import jax
 import jax.numpy as jnp
 import pytest
 from _models import rc
@@ -110,6 +111,12 @@ def test_tooltips_of_a_solution_show_values() -> None:
     shown = next(line for line in lines if line.startswith("v: "))
     assert re.fullmatch(r"v: 4\.99\d* V at the end, from 0 V to 4\.99\d* V", shown)
     assert any(line.startswith("p.i: ") for line in lines)
+
+
+def test_a_batch_of_runs() -> None:
+    batch = jax.vmap(lambda R: simulate(rc(R=R), 1.0))(jnp.array([100.0, 200.0]))
+    with pytest.raises(ModelError, match="The solution is a batch: select one run"):
+        diagram(batch)
 
 
 def test_links_lead_to_the_reference() -> None:
