@@ -63,6 +63,23 @@ class FitProblem(eqx.Module):
         sound = jnp.all(jnp.isfinite(residuals)) & jnp.all(jnp.isfinite(jacobian))
         return jnp.where(sound, residuals, REFUSED), jnp.where(sound, jacobian, 0.0)
 
+    def log_density(self, z: Float[Array, " n"]) -> Float[Array, ""]:
+        """-chi2/2: the logarithm of the likelihood times the priors, up to a constant.
+
+        Its gradient comes from the same forward run as its value, because parameters are few.
+        """
+
+        @jax.custom_jvp
+        def value(z: Array) -> Array:
+            return -0.5 * jnp.sum(self.residuals(z) ** 2)
+
+        @value.defjvp
+        def derivative(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+            residuals, jacobian = self.residuals_and_jacobian(primals[0])
+            return -0.5 * jnp.sum(residuals**2), -(residuals @ jacobian) @ tangents[0]
+
+        return value(z)
+
 
 def _each(group: Prepared, model: Component, x: Array) -> dict[str, Array]:
     if group.measured[group.names[0]].shape[0] == 1:
