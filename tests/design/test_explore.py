@@ -4,8 +4,10 @@ import json
 import math
 import socket
 import sys
+import urllib.request
 from collections.abc import Iterator
 from typing import Any
+from urllib.error import URLError
 
 import pytest
 from _problems import Box, GearedLoad
@@ -268,3 +270,16 @@ def test_widgets_show_gradients_messages_and_the_optimum(load: Explorer[Any], ch
 def test_serve_names_what_it_offers() -> None:
     with pytest.raises(ModelError, match="serve needs at least one explorer"):
         serve({}, browser=False)
+
+
+@pytest.mark.usefixtures("offered")
+def test_the_app_answers_until_it_is_closed(load: Explorer[Any]) -> None:
+    app = load.app(browser=False)
+    assert app.url.endswith("/?design=GearedLoad")
+    assert app.url in app._repr_html_()
+    with urllib.request.urlopen(app.url) as page:
+        assert b"Explore a design" in page.read()
+    app.close()
+    app.close()
+    with pytest.raises(URLError):
+        urllib.request.urlopen(app.url)

@@ -1,5 +1,6 @@
 """The app of explorers, served by marimo from this process."""
 
+import asyncio
 import dataclasses
 import html
 import socket
@@ -66,9 +67,21 @@ def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int = 0
     offered.update(choices)
     app = marimo.create_asgi_app(quiet=True, show_tracebacks=True).with_app(path="/", root=str(NOTEBOOK)).build()
     server = uvicorn.Server(uvicorn.Config(app, log_level="warning"))
-    thread = threading.Thread(target=server.run, args=([place],), daemon=True)
+    thread = threading.Thread(target=lambda: asyncio.run(_run(server, app, place)), daemon=True)
     thread.start()
     url = f"http://{HOST}:{place.getsockname()[1]}/?{urllib.parse.urlencode({'design': next(iter(choices))})}"
+    found = App(url, server, thread)
+    # Before Python waits for the threads of the sessions; functions of `atexit` run only after that.
+    threading._register_atexit(found.close)  # pyright: ignore[reportAttributeAccessIssue]
     if browser:
         webbrowser.open(url)
-    return App(url, server, thread)
+    return found
+
+
+async def _run(server: Any, app: Any, place: socket.socket) -> None:
+    """Runs the server, and ends the sessions of open pages after it. Their threads would keep the process alive."""
+    try:
+        await server.serve([place])
+    finally:
+        for route in app.routes:
+            await route.app.state.session_manager.shutdown()
