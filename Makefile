@@ -4,16 +4,22 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 export MPLBACKEND := Agg
 
-.PHONY: demo test test-slow lint bench docs site clean
+.PHONY: demo test test-thorough test-slow lint pytest bench docs site clean
 
 demo: $(READY)  ## set up and run the studies of the clutch actuators
 	$(BIN)/python -m studies validate --out output
 	$(BIN)/python -m studies optimise --out output
 
-test: lint  ## set up and run lint, type check and tests
+test: $(READY)  ## set up and run lint, type check and tests
+	$(MAKE) --jobs=2 lint pytest
+
+pytest: $(READY)
 	$(BIN)/python -m pytest
 
-test-slow: $(READY)  ## the tests that compile many models
+test-thorough: $(READY)  ## the tests that compile large or many programs
+	$(BIN)/python -m pytest -m "thorough and not slow"
+
+test-slow: $(READY)  ## the tests of whole studies
 	$(BIN)/python -m pytest -m slow
 
 lint: $(READY)
