@@ -28,6 +28,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
     return zipfile.ZipFile(path)
 
 
+@pytest.mark.thorough
 def test_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: zipfile.ZipFile) -> None:
     held = {name for name in wheel.namelist() if ".dist-info/" not in name}
     suffixes = (".py", ".csv", ".json", "py.typed")
@@ -49,6 +50,7 @@ def test_wheel_tells_its_licence_and_extras(wheel: zipfile.ZipFile) -> None:
     assert {"tables", "plots", "control", "bench"} <= set(re.findall(r"^Provides-Extra: (.*)$", text, re.MULTILINE))
 
 
+@pytest.mark.thorough
 def test_first_model_runs_from_the_wheel(wheel: zipfile.ZipFile, tmp_path: Path) -> None:
     """The first block of the README, in a process that sees the wheel, not the sources."""
     wheel.extractall(tmp_path)

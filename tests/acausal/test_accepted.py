@@ -109,6 +109,7 @@ def test_flags_of_a_run() -> None:
         initialise(MODEL, steady=True, easier=HeatCapacitor(C=1.0))  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.thorough
 def test_a_single_name_is_one_name() -> None:
     start = initialise(MODEL, lambda s, d: dict(v=eq(s.capacitor.v, 2.0)), free="capacitor.v")
     assert float(start.capacitor.v) == pytest.approx(2.0, rel=1e-12)  # pyright: ignore[reportArgumentType]
@@ -176,6 +177,7 @@ class Shown(Component):
         return dict(drain=eq(self.T * d.x, -1.0, check_units=False), left=eq(self.left, self.x - self.lowest))
 
 
+@pytest.mark.thorough
 def test_a_run_ends_where_an_output_leaves_its_range() -> None:
     """At 1 s, and not at its end, whether it is back in its range by then or not."""
     assert float(simulate(Shown(lowest=-2.0), 2.0, save="end").final.left) == pytest.approx(1.0, rel=1e-6)
@@ -194,6 +196,7 @@ class Emitting(Component):
         return dict(balance=eq(self.C * d.T, self.q - self.T**3))
 
 
+@pytest.mark.thorough
 def test_a_search_that_ends_at_the_edge_of_a_range_names_it() -> None:
     assert float(initialise(Emitting(q=27.0), steady=True).T) == pytest.approx(3.0, rel=1e-10)
     with pytest.raises(SimulationError, match=r"(?s)der\(T\) = 0.*leave a range: T must be positive \(unit 1\)"):

@@ -61,6 +61,7 @@ def chain(n: int, w0: float) -> Chain:
     return Chain(masses=repeat(Inertia(J=2.0, w=start), n), springs=repeat(Spring(c=3.0), n - 1))
 
 
+@pytest.mark.thorough
 def test_arrays_within_arrays() -> None:
     alone = simulate(chain(3, 1.0), 1.0, save="end", rtol=1e-9)
     many = simulate(Chains(chains=repeat(chain(3, 1.0), 4)), 1.0, save="end", rtol=1e-9)
@@ -102,6 +103,7 @@ def _lags(t1: float, rate: float, w0: float) -> np.ndarray:
     return np.array([*x[6:], np.mean(x[3:6])])
 
 
+@pytest.mark.thorough
 def test_equations_read_members_of_an_array_of_parts() -> None:
     def seen(rate: Any) -> Any:
         end = simulate(Watched(rate=rate, chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-10).final
@@ -137,6 +139,7 @@ def test_a_part_that_there_is_not_is_an_error() -> None:
     assert len(list(chain(3, 1.0).masses)) == 3
 
 
+@pytest.mark.thorough
 def test_parts_are_indexed_in_batches_of_trajectories() -> None:
     """With their parameters, which have no axis of time of their own."""
 
@@ -181,6 +184,7 @@ class Alarmed(Component):
         )
 
 
+@pytest.mark.thorough
 def test_the_steps_of_a_run_whose_events_read_members_are_one_function() -> None:
     def end(limit: Any) -> Any:
         return simulate(Alarmed(limit=limit, chain=chain(3, 1.0)), 2.0, save="end").final.chain.masses[0].w
@@ -197,6 +201,7 @@ class SeveralWatched(Component):
     parts: Parts[Watched]
 
 
+@pytest.mark.thorough
 def test_equations_read_members_of_arrays_within_an_array() -> None:
     speeds = jnp.array([1.0, 0.5])
     starts = jnp.zeros((2, 3)).at[:, 0].set(speeds)

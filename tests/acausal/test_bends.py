@@ -49,6 +49,7 @@ def exactly(c: Any, w: Any, T: Any, t1: Any) -> Any:
     return (2 * periods * (jnp.sin(edge) - c * edge) + jnp.sin(rest) - c * rest) / w
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("is_saved", [False, True])
 @pytest.mark.parametrize(("rtol", "most"), [(1e-4, 5e-3), (1e-6, 2e-5)])
 def test_derivatives_over_kinks_are_as_accurate_as_the_run(is_saved: bool, rtol: float, most: float) -> None:
@@ -69,6 +70,7 @@ def test_derivatives_over_kinks_are_as_accurate_as_the_run(is_saved: bool, rtol:
     np.testing.assert_allclose(np.stack(slopes), np.stack(exact), atol=most)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("lead", [1e-2, 1e-6, 1e-12])
 @pytest.mark.parametrize(("rtol", "most"), [(1e-4, 2e-3), (1e-6, 2e-5)])
 def test_a_run_that_ends_just_before_a_kink_does_not_look_beyond_it(lead: float, rtol: float, most: float) -> None:
@@ -98,6 +100,7 @@ class Filtered(Component):
         return dict(x=eq(d.x, above(self.t**2 - self.T) - self.k * self.x, check_units=False))
 
 
+@pytest.mark.thorough
 def test_a_step_that_goes_on_to_a_kink_has_the_derivatives_before_it() -> None:
     """Stiff states are corrected by rates, which change as they do before the kink."""
 
@@ -118,6 +121,7 @@ def test_a_step_that_goes_on_to_a_kink_has_the_derivatives_before_it() -> None:
     np.testing.assert_allclose(slopes, expected, atol=3e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_a_kink_costs_few_steps(mode: Any) -> None:
     """The run has 10 steps without one. Those around it are the trial beyond it, some that come nearer to it, each much
@@ -145,6 +149,7 @@ class Decay(Component):
         return dict(y=eq(d.y, -self.a * self.y), q=eq(d.q, above(self.y)))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-8])
 def test_what_has_decayed_to_a_kink_takes_long_steps(rtol: float) -> None:
     def simulated(a: Any) -> Any:

@@ -47,6 +47,7 @@ def strokes(graph: BondGraph) -> dict[tuple[str, str], bool]:
     return found
 
 
+@pytest.mark.thorough
 def test_series_circuit() -> None:
     """One junction of common flow; the source and the stores decide, so that the resistor takes the flow."""
     model = Series(
@@ -65,6 +66,7 @@ def test_series_circuit() -> None:
     np.testing.assert_allclose(graph.poles, np.sort_complex(np.roots([0.1, 2.0, 1e3]))[::-1], rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_motor_with_gear() -> None:
     """Two inertias behind a rigid gear have one freedom: the second has derivative causality."""
     graph = bond_graph(drive)
@@ -155,6 +157,7 @@ def _colours(ax: Axes) -> dict[str, str]:
     return {str(line.get_label()): str(line.get_color()) for line in ax.get_lines()}
 
 
+@pytest.mark.thorough
 def test_pictures_share_colours() -> None:
     """A domain has the colour that is asked for, and no other domain has it."""
     chosen = {"electrical": "#0072b2"}

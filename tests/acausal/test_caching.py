@@ -23,6 +23,7 @@ def charging_time(limit: float) -> float:
     return -0.1 * np.log(1.0 - limit / 5.0)
 
 
+@pytest.mark.thorough
 def test_a_changed_attribute_of_a_module_is_honoured(monkeypatch: pytest.MonkeyPatch) -> None:
     def until(s: Any) -> Any:
         return s.c.v - LIMITS.voltage
@@ -32,6 +33,7 @@ def test_a_changed_attribute_of_a_module_is_honoured(monkeypatch: pytest.MonkeyP
         np.testing.assert_allclose(simulate(rc(), 1.0, until=until, rtol=1e-9).t1, charging_time(limit), rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_arrays_inside_a_compiled_function_are_honoured() -> None:
     """Two conditions of one form that close over different arrays within `jax.jit`."""
 
@@ -58,6 +60,7 @@ class Limited(Component):
         return self.x - LIMITS.voltage
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "until", [lambda s: s.margin, lambda s: s.x - s.factor], ids=["a property", "an attribute of the class"]
 )
@@ -81,6 +84,7 @@ class Halved(Component):
         return 0.5 * self.x
 
 
+@pytest.mark.thorough
 def test_a_condition_that_reads_a_property_is_traced_once() -> None:
     """And anew where the property is another one."""
 
@@ -106,7 +110,12 @@ def compiled_by(action: Any) -> int:
 
 def _compiled() -> int:
     """The number of compiled programs that start, step, end and read runs."""
-    functions: list[Any] = [run_of_known._called, reading._read, trajectories._traced, over_run._evaluated]
+    functions: list[Any] = [
+        run_of_known._Program.__call__,
+        reading.Reading.__call__,
+        trajectories._Trajectories.__call__,
+        over_run._evaluated,
+    ]
     return sum(function._cache_size() for function in functions)
 
 
@@ -144,6 +153,7 @@ def test_what_is_not_compiled_again(change: str) -> None:
     assert compiled_by(SAME[change]) == 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("n", [1, 15, 16, 17, 128, 129, 1100])
 def test_as_many_rows_are_saved_as_times_are_asked_for(n: int) -> None:
     times = np.linspace(0.2, 0.9, n)
@@ -161,6 +171,7 @@ def test_as_many_rows_are_saved_as_times_are_asked_for(n: int) -> None:
     np.testing.assert_allclose(slope[1], -5e3 * (times / 0.1) * np.exp(-times / 0.1), rtol=1e-5, atol=1e-2)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("known")
 def test_what_is_compiled_again() -> None:
     """Another condition; and its numbers are not mixed up with those of the one before."""
@@ -264,6 +275,7 @@ def test_plain_numbers_of_a_structure_are_of_the_kind_that_is_annotated() -> Non
     assert (kept.power, kept.n, kept.flag) == (float("inf"), 2.5, 3)
 
 
+@pytest.mark.thorough
 def test_trajectories_of_another_length_are_read_without_compiling() -> None:
     """A program for each number of rows would take longer to compile than all else that a reading does."""
     compiled: list[str] = []

@@ -57,6 +57,7 @@ class Bridge(Component):
         )
 
 
+@pytest.mark.thorough
 def test_capacitor_across_a_floating_source() -> None:
     bridge = Bridge(
         source=ConstantVoltage(V=2.0), capacitor=Capacitor(C=1.0), left=Resistor(R=1.0), right=Resistor(R=3.0)

@@ -4,6 +4,7 @@ from typing import Self
 
 import equinox as eqx
 import jax.numpy as jnp
+import pytest
 from _models import gear_train, rc
 
 from acausal import Component, Connections, Equations, Param, Scalar, Var, check, connect, eq, prefer
@@ -82,6 +83,7 @@ class Circuit(Component):
         return connect(*(m.p for m in self.members)), connect(*(m.n for m in self.members), self.ground.p)
 
 
+@pytest.mark.thorough
 def test_contradicting_start_values() -> None:
     (problem,) = check(Circuit(members=(ConstantVoltage(V=5.0), Capacitor(C=1.0, v=2.0)))).problems
     assert problem == "members[1].v: the start values contradict the equations. Omit some of them."

@@ -210,6 +210,7 @@ assert "Parameters:" in IdealGear.__doc__
 """
 
 
+@pytest.mark.thorough
 def test_texts_are_made_when_they_are_asked_for() -> None:
     subprocess.run([sys.executable, "-c", SILENT], check=True)
 

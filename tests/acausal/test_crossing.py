@@ -116,6 +116,7 @@ class Wave(Component):
         )
 
 
+@pytest.mark.thorough
 def test_short_peaks_of_a_solution() -> None:
     """At a tolerance at which steps are as long as a quarter of a turn, down to peaks of a share 1e-3 of it."""
     rng = np.random.default_rng(4)

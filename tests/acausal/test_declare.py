@@ -290,6 +290,7 @@ def test_gradient_skips_start_values_given_as_numbers() -> None:
     np.testing.assert_allclose(gradient.k, 12.0)
 
 
+@pytest.mark.thorough
 def test_gradient_by_a_start_value_given_as_an_array() -> None:
     def at_end(model: Any) -> Any:
         return simulate(model, 0.1, save="end", rtol=1e-10).final.c.v

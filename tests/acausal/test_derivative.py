@@ -90,6 +90,7 @@ def test_what_does_not_vary_costs_nothing() -> None:
         assert f"[{n + 1}," not in str(jax.make_jaxpr(derivative)(2.0))  # a batch of derivatives along all numbers
 
 
+@pytest.mark.thorough
 def test_value_and_derivatives_are_made_from_one_trace() -> None:
     traces = []
 

@@ -29,6 +29,7 @@ def test_no_digit_is_lost(unit: str) -> None:
     assert magnitude(quantity(value, shown), unit) == pytest.approx(1.23456789012345e-3, rel=1e-14)
 
 
+@pytest.mark.thorough
 def test_a_unit_of_one_dimension_may_be_of_another_quantity() -> None:
     """Wb is the unit of a flux, N.m/A that of a motor constant."""
     assert parsed("Wb").dimension == parsed("N.m/A").dimension

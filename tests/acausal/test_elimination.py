@@ -46,6 +46,7 @@ def test_solution_for_each_element_of_arrays(n: int) -> None:
     np.testing.assert_allclose(found, -np.linalg.solve(matrix, constant)[:, None] * factors, rtol=1e-12, atol=1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("n", [3, 5])
 def test_derivatives_in_both_modes(n: int) -> None:
     matrix, constant, *structure = _system(np.random.default_rng(1), n)

@@ -43,6 +43,7 @@ def charge() -> Solution:
     return simulate(rc(), END, integrals=rates, energy=True, rtol=1e-11)
 
 
+@pytest.mark.thorough
 def test_account_of_a_charge(charge: Solution) -> None:
     """The source gives V Q, the capacitor keeps C v^2 / 2, the resistor turns the rest to heat."""
     account = charge.energy
@@ -109,6 +110,7 @@ class Drive(Component):
         )
 
 
+@pytest.mark.thorough
 def test_account_of_a_drive_closes() -> None:
     motor = DCMotor(R=0.5, L=2e-3, k=0.04, J=3e-4, friction=1e-3)
     model = Drive(source=ConstantVoltage(V=12.0), motor=motor, load=Inertia(J=1e-3), spring=SpringDamper(c=2.0, d=0.01))
@@ -141,6 +143,7 @@ class Chain(Component):
         return connect(self.masses[:-1].b, self.springs[:].a), connect(self.masses[1:].a, self.springs[:].b)
 
 
+@pytest.mark.thorough
 def test_members_of_an_array_are_summed() -> None:
     model = Chain(masses=repeat(Inertia(J=2.0, w=np.array([1.0, 0.5, -0.2])), 3), springs=repeat(Spring(c=3.0), 2))
     sol = simulate(model, 1.0, energy=True, save="end", rtol=1e-11)

@@ -46,6 +46,7 @@ def test_bands_are_as_wide_as_their_amounts() -> None:
     plt.close("all")
 
 
+@pytest.mark.thorough
 def test_nothing_to_draw_is_said() -> None:
     with pytest.raises(ModelError, match="nothing to draw"):
         EnergyAccount({"a": 0.0}, {"a": 0.0}, {"a": 0.0}).plot()

@@ -226,6 +226,7 @@ class Printing(Component):
         return dict(decay=eq(d.x, -self.x))
 
 
+@pytest.mark.thorough
 def test_equations_that_print_say_where_it_is_possible(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(ModelError, match=r"Printing\.equations has a side effect.* print them in a function"):
         simulate(Printing(), 1.0)

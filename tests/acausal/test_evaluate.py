@@ -149,6 +149,7 @@ class Singles(Component):
     members: tuple[Charger, ...]
 
 
+@pytest.mark.thorough
 def test_array_equals_singles_equals_closed_form() -> None:
     resistances = np.linspace(50.0, 150.0, 50)
     chargers = [Charger(source=ConstantVoltage(V=5.0), r=Resistor(R=R), c=Capacitor(C=1e-3)) for R in resistances]

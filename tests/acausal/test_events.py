@@ -75,6 +75,7 @@ def bounced() -> Any:
     return simulate(Ball(), 3.0, rtol=1e-10, energy=True)
 
 
+@pytest.mark.thorough
 def test_moments_and_trajectory(bounced: Any) -> None:
     assert bounced.events.names == ["impact"] * 6
     np.testing.assert_allclose(bounced.events.times, impacts(0.8, 6), rtol=1e-12)
@@ -99,6 +100,7 @@ def test_energy_lost_at_impacts(bounced: Any) -> None:
     assert "impact" in str(account)
 
 
+@pytest.mark.thorough
 def test_plots_show_the_events(bounced: Any) -> None:
     from matplotlib import pyplot as plt
 
@@ -125,6 +127,7 @@ def dropped(e: Any, h0: Any) -> tuple[Any, Any]:
     return sol.final.h, sol.events.times[2]
 
 
+@pytest.mark.thorough
 def test_gradients_in_both_modes_are_exact() -> None:
     """With respect to a parameter and to a start value, of the end and of the moment of an event."""
     point = (jnp.asarray(0.8), jnp.asarray(1.0))
@@ -139,6 +142,7 @@ def test_gradients_in_both_modes_are_exact() -> None:
     np.testing.assert_allclose(np.ravel(reverse), np.ravel(forward), rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_stop_conditions_that_a_rebound_meets_or_undoes() -> None:
     """Met by the third rebound, by the first one, and just above the floor, from where the rebound leads back in the
     same step; when, and its derivative by e.
@@ -176,6 +180,7 @@ class Zeroed(Component):
         )
 
 
+@pytest.mark.thorough
 def test_a_condition_that_an_event_leaves_exactly_at_zero() -> None:
     """The sign of the condition an instant later counts."""
     sol = simulate(Zeroed(), 2.0)
@@ -184,12 +189,14 @@ def test_a_condition_that_an_event_leaves_exactly_at_zero() -> None:
     np.testing.assert_allclose(sol.events.times, 1.0, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_batch_with_different_numbers_of_events() -> None:
     restitution = jnp.array([0.7, 0.8, 0.95])
     heights, _ = jax.jit(jax.vmap(lambda e: dropped(e, 1.0)))(restitution)
     np.testing.assert_allclose(heights, [height(e, 2.0) for e in restitution.tolist()], rtol=1e-8)
 
 
+@pytest.mark.thorough
 def test_array_of_components() -> None:
     class Box(Component):
         balls: Array[Ball]
@@ -226,6 +233,7 @@ def test_chattering_ends_in_a_named_result() -> None:
         simulate(Relay(), 3.0)
 
 
+@pytest.mark.thorough
 def test_events_that_undo_each_other_are_named() -> None:
     assert simulate(Undoing(), 1.0, throw=False).result == Result.events_endless
 
@@ -258,6 +266,7 @@ class Clocked(Component):
         )
 
 
+@pytest.mark.thorough
 def test_moments() -> None:
     sol = simulate(Clocked(x=0.0), 20.0, save="end", rtol=1e-8)
     final = sol.final
@@ -285,6 +294,7 @@ class Struck(Component):
         return dict(blow=when(self.t > 0.5, **{"first.w": self.first.w + 6.0}))
 
 
+@pytest.mark.thorough
 def test_reset_of_a_dependent_variable() -> None:
     """The variables tied to it follow."""
     model = Struck(first=Inertia(J=1.0, w=3.0), gear=IdealGear(ratio=3.0), second=Inertia(J=2.0))
@@ -292,6 +302,7 @@ def test_reset_of_a_dependent_variable() -> None:
     np.testing.assert_allclose(np.array([sol.final.first.w, sol.final.second.w]), [9.0, 3.0], rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_reset_that_contradicts_a_constraint_is_named() -> None:
     class TwiceStruck(Component):
         t: Time[Scalar, "s"] = 0.0

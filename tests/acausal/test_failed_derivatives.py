@@ -49,6 +49,7 @@ CASES = [(name, mode) for name in LOOKS for mode in ("grad", "jacfwd")]
 CASES += [("never_stopped", "hessian"), ("never_stopped", "batch")]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "mode"), CASES)
 def test_a_derivative_raises_under_jit_as_the_run_does(name: str, mode: str) -> None:
     look, fine, wrong, message = LOOKS[name]
@@ -59,6 +60,7 @@ def test_a_derivative_raises_under_jit_as_the_run_does(name: str, mode: str) -> 
         derivative(points[1])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.grad, jax.jacfwd])
 def test_checks_leave_derivatives_as_they_are(mode: Any) -> None:
     look = LOOKS["bad_parameter"][0]

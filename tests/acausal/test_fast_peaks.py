@@ -52,6 +52,7 @@ def largest(function: Any) -> tuple[float, float]:
     return float(function(best)), float(best)
 
 
+@pytest.mark.thorough
 def test_thirteen_turns_in_a_few_steps() -> None:
     peaks = found(W, K, np.linspace(0.0, 1.0, 5))
     exact = {
@@ -68,12 +69,14 @@ def test_thirteen_turns_in_a_few_steps() -> None:
         assert float(peaks[name].time) == pytest.approx(time, abs=1e-6), name
 
 
+@pytest.mark.thorough
 def test_what_turns_too_often_is_sampled() -> None:
     """A step is looked at in so many places only, however fast the sine is."""
     peak = simulate(Spindle(w=1e9), 1.0, save="end", peaks=lambda s: (1.0 + s.t) * jnp.sin(s.w * s.t)).peaks
     assert float(peak.value) == pytest.approx(2.0, rel=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("derivative", [jax.jacfwd, jax.jacrev])
 def test_derivatives_at_turns_and_at_kinks(derivative: Any) -> None:
     """The first crest of exp(-k t) sin(w t) is at atan2(w, k) / w; at a kink, the time is where both sides meet."""

@@ -124,6 +124,7 @@ def close(a: Scalar, b: Scalar) -> bool:
     return np.allclose(a, b, rtol=1e-10, atol=1e-8)
 
 
+@pytest.mark.thorough
 @settings(max_examples=150, deadline=None, derandomize=True)
 @given(expressions)
 def test_forms_of_random_expressions(e: Expression) -> None:
@@ -232,6 +233,7 @@ def test_sum_over_elements_cannot_be_solved_for_the_array() -> None:
     assert form.terms[1].number == 1.0
 
 
+@pytest.mark.thorough
 def test_elementwise_factor() -> None:
     """One number for all elements, or none where they differ."""
     assert form_of(lambda x: 2.0 * x, ((3,),)).terms[0].number == 2.0

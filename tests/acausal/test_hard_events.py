@@ -57,6 +57,7 @@ def final(a: float, b: float) -> tuple[Scalar, Scalar]:
     return end.x, end.passed
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("apart", [0.3, 1e-3, 1e-9])
 def test_two_events_in_one_step_in_either_order(apart: float) -> None:
     """The rate is constant, so that a step is as long as the run but for the events."""
@@ -66,6 +67,7 @@ def test_two_events_in_one_step_in_either_order(apart: float) -> None:
     np.testing.assert_allclose(np.asarray(run(late, early)), (2.0 + late + 2.0, 21.0), rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_two_events_at_one_instant() -> None:
     """Both start from the values before them; where they change the same variable, the one stated last counts."""
     np.testing.assert_allclose(np.asarray(final(0.7, 0.7)), (2.0 + 1.0, 2.0), rtol=1e-12)
@@ -85,6 +87,7 @@ class Climb(Component):
         return dict(passes=when((self.passed < 0.5) & (self.x > 1.0), passed=1.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("save", [[0.1, 0.2, 0.6, 1.1], [0.1, 0.1 + 1e-11, 1.1]])
 def test_an_event_so_near_that_rounding_keeps_the_state_before_it(save: list[float]) -> None:
     def run(rate: Scalar, below: Scalar) -> tuple[Scalar, Scalar]:
@@ -124,6 +127,7 @@ def test_what_is_undone_at_the_instant_at_which_it_happens_can_happen_again(lift
     assert float(sol.final.x) == pytest.approx(0.5, abs=2e-6)
 
 
+@pytest.mark.thorough
 def test_derivatives_by_the_times_of_two_events_in_one_step() -> None:
     """After the doubling at a, x = t + a, and b does not matter; the other way round, x = t + 2 + a."""
     slopes = jax.jit(jax.jacrev(lambda a, b: final(a, b)[0], argnums=(0, 1)))
@@ -151,6 +155,7 @@ class Interrupted(Component):
         )
 
 
+@pytest.mark.thorough
 def test_a_mode_without_a_solution_is_named() -> None:
     model = Interrupted(
         source=ConstantVoltage(V=1.0),
@@ -191,6 +196,7 @@ def counters(limits: tuple[float, float]) -> Counters:
     return Counters(items=repeat(Counter(every=0.01, limit=jnp.array(limits)), 2))
 
 
+@pytest.mark.thorough
 def test_what_happened_last_is_named_however_long_the_run() -> None:
     """The message names the members of an array that refused, although the record of events was full long before."""
     full = "At t = 0.61 s: items[1]._limit: Its display is full."

@@ -23,6 +23,7 @@ class Bilinear(Component):
         return dict(x=eq(d.x, self.v), v=eq(d.v, -pull, check_units=False))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("place", [0.1, 1.0, 3.0, 30.0])
 def test_rest_at_a_bend_far_from_the_origin(place: float) -> None:
     """The margin is a difference of numbers that are as large as the place, and rounded as such. Where its sign
@@ -52,6 +53,7 @@ class Equalised(Component):
         return dict(a=eq(d.a, self.rise - q), b=eq(d.b, self.rise + q))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("k", [1.0, 1e3])
 def test_what_is_equal_but_for_rounding_does_not_pass_to_and_fro_for_ever(k: float) -> None:
     """Both relations watch the same number: neither may keep a side that contradicts the other's."""
@@ -84,6 +86,7 @@ class Throttled(Component):
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rise", [0.0, 1e4])
 def test_a_margin_that_is_searched_for_does_not_pass_to_and_fro(rise: float) -> None:
     def left(more: float, rtol: float) -> Any:

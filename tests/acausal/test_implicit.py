@@ -108,6 +108,7 @@ def node(p: Any) -> Any:
     return root_of(lambda v: (p[1] - v) / p[0] - 1e-12 * jnp.expm1(v / 0.025), 0.62)
 
 
+@pytest.mark.thorough
 def test_state_at_rest() -> None:
     check_second(lambda p: initialise(smoothed(p), steady=True).c.v, NODE, node)
 
@@ -150,6 +151,7 @@ def seen(model: Component, name: str) -> Any:
     return observe(system, 0.0, jnp.zeros(0), system.pack(model), [leaf])[0]
 
 
+@pytest.mark.thorough
 def test_unknown_of_a_nonlinear_block() -> None:
     check_second(lambda p: seen(Clipper(**parts(p)), "diode.v"), NODE, node)
 
@@ -163,6 +165,7 @@ class Row(Component):
         return ()
 
 
+@pytest.mark.thorough
 def test_unknowns_of_many_blocks() -> None:
     resistances = jnp.array([1.0, 2.0, 5.0])
 
@@ -174,6 +177,7 @@ def test_unknowns_of_many_blocks() -> None:
     check_second(row, NODE, lambda p: jnp.stack([node(jnp.stack([k * p[0], p[1]])) for k in resistances]))
 
 
+@pytest.mark.thorough
 def test_nearest_point() -> None:
     """The bob is brought onto its circle along the radius."""
 
@@ -210,6 +214,7 @@ class TwoStores(Component):
         return dict(first=eq(d.x, -self.x, check_units=False), second=eq(d.y, -self.y, check_units=False))
 
 
+@pytest.mark.thorough
 def test_conditions_that_repeat_each_other() -> None:
     def start(p: Any) -> Any:
         model = initialise(
@@ -223,6 +228,7 @@ def test_conditions_that_repeat_each_other() -> None:
     check_second(start, (2.0, 1.5), lambda p: jnp.stack([jnp.sqrt(p[0] / p[1]), jnp.sqrt(p[0] * p[1])]))
 
 
+@pytest.mark.thorough
 def test_start_value_of_an_algebraic_variable() -> None:
 
     def start(p: Any) -> Any:
@@ -243,6 +249,7 @@ class Squared(Component):
         return dict(decay=eq(d.x, -self.x, check_units=False), square=eq(self.z, self.k * self.x**2))
 
 
+@pytest.mark.thorough
 def test_return_to_invariants() -> None:
     """A pendulum all of whose coordinates are states; with no speed they yield alike."""
 
@@ -255,6 +262,7 @@ def test_return_to_invariants() -> None:
     check_second(bob, (1.0, 0.6, -0.80001), lambda p: p[0] * p[1:] / jnp.linalg.norm(p[1:]), rtol=1e-4)
 
 
+@pytest.mark.thorough
 def test_poles() -> None:
     """The poles are the roots of m s^2 + d s + c, and are differentiated by its coefficients."""
 
@@ -278,6 +286,7 @@ class Oscillator(Component):
         )
 
 
+@pytest.mark.thorough
 def test_pole_of_a_steady_state() -> None:
     """The conductance of the diode at rest, and with it the pole of node and capacitor."""
 

@@ -4,6 +4,8 @@ import json
 import subprocess
 import sys
 
+import pytest
+
 # Names of modules that importing everything adds, with all that the library builds on in place.
 PROGRAM = """
 import importlib, json, pkgutil, sys
@@ -19,6 +21,7 @@ print(json.dumps(sorted(sys.modules.keys() - before)))
 """
 
 
+@pytest.mark.thorough
 def test_what_only_some_calls_need_is_imported_by_them() -> None:
     """Only the root of scipy is imported, which imports its parts on use; no pint, matplotlib, pandas or the like."""
     done = subprocess.run([sys.executable, "-c", PROGRAM], check=True, capture_output=True, text=True)

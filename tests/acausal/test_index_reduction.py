@@ -1,6 +1,7 @@
 """Constraints between states: what is differentiated, and that the result is right."""
 
 import numpy as np
+import pytest
 from _mechanisms import Pendulum, driven_capacitor
 from _models import gear_train
 from scipy.integrate import quad
@@ -17,6 +18,7 @@ def test_gear_makes_one_inertia_dependent() -> None:
     assert len(report.dummies) == 4  # an angle's two derivatives, and the derivative of each speed that is not a state
 
 
+@pytest.mark.thorough
 def test_capacitor_across_a_given_voltage() -> None:
     """No state is left: the currents follow from the source's slope."""
     amplitude, frequency = 3.0, 2.0
@@ -68,6 +70,7 @@ def test_exact_pendulum() -> None:
     np.testing.assert_allclose(time, 0.5, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_planar_pendulum() -> None:
     model = Pendulum(x=1.0, y=0.0)
     system = choose_states(model)

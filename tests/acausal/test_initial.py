@@ -57,6 +57,7 @@ def chain(**starts: Any) -> Chain:
     return replace(model, {name.replace("__", "."): value for name, value in starts.items()})
 
 
+@pytest.mark.thorough
 def test_algebraic_variables_have_the_values_they_are_given() -> None:
     """The spring's length is a difference of states, the damper's force a multiple of another one."""
     sol = simulate(chain(spring__s_rel=0.2, damper__f=6.0), 0.1, save="dense")
@@ -67,6 +68,7 @@ def test_algebraic_variables_have_the_values_they_are_given() -> None:
     np.testing.assert_allclose(start.first.v, 1.5, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_given_values_may_repeat_what_others_say() -> None:
     """The spring's length follows from the two ends; what else is given still counts."""
     model = chain(spring__s_rel=0.2, first__a__s=0.1, second__a__s=0.3, damper__f=6.0)
@@ -76,6 +78,7 @@ def test_given_values_may_repeat_what_others_say() -> None:
     np.testing.assert_allclose(start.damper.f, 6.0, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_derivative_with_respect_to_the_value_of_an_algebraic_variable() -> None:
     """The first mass stays where it is given to be, so that the second one has to go."""
 
@@ -88,6 +91,7 @@ def test_derivative_with_respect_to_the_value_of_an_algebraic_variable() -> None
     np.testing.assert_allclose(reverse, forward, rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_contradiction_with_an_algebraic_variable_is_named() -> None:
     model = chain(spring__s_rel=0.2, first__a__s=0.1, second__a__s=0.5)
     for call in (lambda: simulate(model, 0.1, save="end"), lambda: linearise(model)):

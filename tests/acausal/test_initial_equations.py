@@ -79,6 +79,7 @@ def driven(k: Any = 2.0, gain: Any = -0.5, **start: Any) -> Driven:
     )
 
 
+@pytest.mark.thorough
 def test_a_component_starts_from_rest() -> None:
     """Its own state follows; the speed that it measures keeps what its class says, or the model."""
     for w, start in ((3.0, {"w": 3.0}), (0.0, {})):
@@ -87,6 +88,7 @@ def test_a_component_starts_from_rest() -> None:
         assert float(solution["rotor.w"][0]) == pytest.approx(w, rel=1e-12, abs=1e-14)
 
 
+@pytest.mark.thorough
 def test_wherever_a_start_is_needed() -> None:
     """`initialise` without conditions finds the start of a run, and `linearise` linearises there; a view stays."""
     model = driven(w=3.0)
@@ -106,6 +108,7 @@ def test_wherever_a_start_is_needed() -> None:
     assert check(model)
 
 
+@pytest.mark.thorough
 def test_other_states_move_only_where_they_must() -> None:
     """If the start value of the lag is given, the speed follows. If both are given, there is no start."""
     assert float(simulate(driven_with(4.0), 0.1)["rotor.w"][0]) == pytest.approx(2.0, rel=1e-12)
@@ -125,6 +128,7 @@ def driven_with(x: float) -> Driven:
     return replace(driven(), {"lag.x": x})
 
 
+@pytest.mark.thorough
 def test_conditions_come_on_top() -> None:
     """With conditions of `initialise`, the speed is 5 rad/s, so x = 10. At rest, where 0 = gain x, both are zero."""
     found: Any = initialise(driven(), lambda s, d: dict(speed=eq(s.rotor.w, 5.0)))
@@ -158,6 +162,7 @@ class Many(Component):
     one: Mixed
 
 
+@pytest.mark.thorough
 def test_arrays_of_components() -> None:
     p = jnp.array([0.5, 1.0, 2.0])
     start = initialise(Many(cells=repeat(Mixed(p=p), 3), one=Mixed(p=1.5)))
@@ -169,6 +174,7 @@ def test_arrays_of_components() -> None:
         simulate(model, 0.1)
 
 
+@pytest.mark.thorough
 def test_derivatives_of_a_start() -> None:
     """dy/dp = 1 / (2 sqrt(p)) in both modes and under `jit` and `vmap`; the second one; and that of a run, in which
     y(t) = sqrt(p) e^-t + ... is compared with differences.
@@ -213,6 +219,7 @@ class Linear(Component):
         return dict(law=eq(self.C @ self.x + self.D @ (self.T * d.x), self.r))
 
 
+@pytest.mark.thorough
 def test_random_linear_conditions() -> None:
     """The nearest point to the start values of the class, (C + D A) x = r - D b; conditions that repeat each other as
     long as they agree, too.
@@ -256,6 +263,7 @@ class Charged(Component):
         return dict(full=when(self.x > 0.5, q=3.0), count=at(1.0, n=self.n + 1.0))
 
 
+@pytest.mark.thorough
 def test_modes_and_past_events() -> None:
     """With q = 1 it would rest at 1, where q becomes 3. What was due before the start happens once."""
     early, late = (simulate(Charged(), 0.1 + t0, t0=t0) for t0 in (0.0, 2.0))
@@ -312,6 +320,7 @@ class Geared(Component):
         return dict(turns=eq(self.other.w, self.w0), place=eq(self.other.a.phi, 0.25))
 
 
+@pytest.mark.thorough
 def test_composites_and_what_is_tied() -> None:
     model = Geared(w0=2.0, one=Inertia(J=1.0), gear=IdealGear(ratio=3.0), other=Inertia(J=1.0))
     run = simulate(model, 0.1)
@@ -361,6 +370,7 @@ def test_what_cannot_be_stated() -> None:
         assert not check(model)
 
 
+@pytest.mark.thorough
 def test_a_condition_on_nothing_that_can_move() -> None:
     class Claim(Component):
         p: Param[Scalar, "s"]
@@ -377,6 +387,7 @@ def test_a_condition_on_nothing_that_can_move() -> None:
         simulate(Claim(p=3.0), 0.1)
 
 
+@pytest.mark.thorough
 def test_under_jit_a_start_that_does_not_exist_is_a_result() -> None:
     def run(x: Any) -> Any:
         return simulate(replace(driven(w=3.0), {"lag.x": x}), 0.1, throw=False, save="end").result

@@ -34,6 +34,7 @@ from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
 from docs.drive import drive
 
 
+@pytest.mark.thorough
 def test_drive_at_rest() -> None:
     """The stalled motor holds the spring: i = V / R, and phi = ratio k i / c."""
     rest: Any = initialise(drive, steady=True)
@@ -51,6 +52,7 @@ def conditions(s: Any, d: Any) -> Any:
     return dict(torque=eq(s.spring.tau, 10.0), acceleration=eq(d.load.w, 50.0), current=eq(d.motor.inductor.i))
 
 
+@pytest.mark.thorough
 def test_conditions() -> None:
     """(J + ratio^2 J_m) dw/dt = ratio k i - tau gives i; V = R i + k ratio w gives w; tau = c phi + d w gives phi."""
     start: Any = initialise(drive, conditions, strict=True)
@@ -74,6 +76,7 @@ def rotor_turns(s: Any, d: Any) -> Any:
     return dict(turning=eq(s.motor.rotor.w, 1.0))
 
 
+@pytest.mark.thorough
 def test_start_values_that_are_given_stay_unless_they_are_free() -> None:
     moving = replace(drive, {"load.w": 3.0})
     with pytest.raises(SimulationError, match=r"(?s)Not met: turning\..*omit or free a start value: load\.w\."):
@@ -82,6 +85,7 @@ def test_start_values_that_are_given_stay_unless_they_are_free() -> None:
         assert float(initialise(moving, rotor_turns, free=free).load.w) == pytest.approx(1.0 / 20.0, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_conditions_that_contradict_each_other_are_named() -> None:
     def both(s: Any, d: Any) -> Any:
         return dict(load=eq(s.load.w, 1.0), rotor=eq(s.motor.rotor.w, 1.0), current=eq(s.motor.inductor.i, 2.0))
@@ -90,6 +94,7 @@ def test_conditions_that_contradict_each_other_are_named() -> None:
         initialise(drive, both)
 
 
+@pytest.mark.thorough
 def test_strict() -> None:
     expected = r"leave 2 of the start values undetermined.*: gear\.b\.phi, motor\.inductor\.i\."
     with pytest.raises(SimulationError, match=expected):
@@ -121,6 +126,7 @@ class Beam(Component):
         return dict(speed=eq(self.v, d.s), newton=eq(self.m * d.v, -self.d * self.v - elastic - self.load))
 
 
+@pytest.mark.thorough
 def test_easier_model() -> None:
     """From s > 0 the search ends where the force is least; the only root is reached from a beam without axial force."""
     buckled = Beam(k=-1200.0, s=0.03)
@@ -194,6 +200,7 @@ def test_a_homotopy_ends_at_the_conditions_themselves(easy: Any) -> None:
     np.testing.assert_allclose([z[0], lack[0]], [3.0, 0.0], atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_ladder_of_diodes() -> None:
     """Exponentials one behind the other, from no voltage to 50 V: what each resistor brings its node takes on."""
     stages = [Stage(r=Resistor(R=10.0), diode=Diode(saturation=1e-12), c=Capacitor(C=1e-6)) for _ in range(4)]
@@ -222,6 +229,7 @@ def test_gradients() -> None:
     np.testing.assert_allclose(forward[1], difference, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_gradient_by_given_start_values() -> None:
     """On a rod of length L, y = -sqrt(L^2 - x^2) wherever x is given."""
 
@@ -235,6 +243,7 @@ def test_gradient_by_given_start_values() -> None:
     np.testing.assert_allclose(jax.jit(jax.grad(height, argnums=(0, 1)))(*at), [1.2 / y, -0.7 / y], rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_batch() -> None:
     loads = jnp.array([-5.0, 5.0, 20.0])
     together = jax.jit(jax.vmap(lambda load: deflection(500.0, load)))(loads)
@@ -242,6 +251,7 @@ def test_batch() -> None:
     np.testing.assert_allclose(together, np.ravel(roots), rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_failure_without_an_error() -> None:
     """A bob 2 m to the side of its joint needs a rod as long."""
 
@@ -270,6 +280,7 @@ class Wall(Component):
         )
 
 
+@pytest.mark.thorough
 def test_array_of_components() -> None:
     """At rest the temperature falls linearly."""
     n = 6

@@ -79,12 +79,14 @@ def profiles(shortest: float) -> tuple[Any, Any, Any]:
     return jnp.asarray(knots), jnp.asarray(rng.normal(size=(N, 6))), jnp.asarray(rng.normal(size=(N, 7)))
 
 
+@pytest.mark.thorough
 def test_integrals_of_profiles() -> None:
     given = profiles(1e-9)
     found = jax.jit(jax.vmap(integrals))(*given)
     np.testing.assert_allclose(found, jax.jit(jax.vmap(exactly))(*given), rtol=1e-12, atol=1e-11)
 
 
+@pytest.mark.thorough
 def test_gradients_by_knots_and_samples() -> None:
     """In reverse mode; the samples of a profile that is flat count as well."""
     knots, values, steps = profiles(1e-5)

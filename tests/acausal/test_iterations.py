@@ -33,6 +33,7 @@ class Branches(Component):
         return dict(law=eq((self.y - 3.0 * jnp.sin(self.w * self.t)) ** 2, 4.0), integral=eq(d.x, self.y))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("start", [-2.0, 2.0])
 def test_the_branch_of_the_start_is_kept(start: float) -> None:
     """Iterations that always began at the start value would change over when 3 sin(w t) passes -2 or 2."""
@@ -68,6 +69,7 @@ class Holder(Component):
     part: Shrinking
 
 
+@pytest.mark.thorough
 def test_equations_without_solution_are_named() -> None:
     model = Holder(part=Shrinking())
     assert simulate(model, 2.0, throw=False).result == Result.not_finite

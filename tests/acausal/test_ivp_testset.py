@@ -178,6 +178,7 @@ def correct_digits(method: type, problem: Problem, rtols: tuple[float, ...]) -> 
     return [float(-np.log10(error)) for error in worst]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("method", "name", "rtols", "digits"),
     [

@@ -37,6 +37,7 @@ print(counts.get("/jax/compilation_cache/cache_misses", 0), len(traced))
 """
 
 
+@pytest.mark.thorough
 def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     first, second = (_run({"ACAUSAL_CACHE": str(tmp_path / "programs")}) for _ in range(2))
     assert first[:-1] == second[:-1]
@@ -46,6 +47,7 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
     assert list(map(int, second[-1].split())) == [0, traced - 2]
 
 
+@pytest.mark.thorough
 def test_programs_without_optimisation_are_kept_apart_from_those_with_it(tmp_path: Path) -> None:
     program = """
 import jax
@@ -65,6 +67,7 @@ print(jax.config.values["jax_disable_most_optimizations"], len(missed) > 0)
     assert found == [["True True"], ["False True"], ["True False"], ["False False"]]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("setting", "folder"),
     [
@@ -79,6 +82,7 @@ def test_where_programs_are_kept(tmp_path: Path, setting: dict[str, str], folder
     assert _run(setting, program, tmp_path) == [folder]
 
 
+@pytest.mark.thorough
 def test_a_folder_that_others_can_write_to_is_not_used(tmp_path: Path) -> None:
     """The programs in the folder are run. A new folder is the user's own, and so is the usual one afterwards."""
     program = "import warnings; warnings.simplefilter('error'); import acausal"
@@ -123,6 +127,7 @@ jax.block_until_ready(sums)
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("level", ["1", "0"])
 def test_xla_does_not_complain_of_slow_compilation_unless_asked_to(level: str) -> None:
     environment = os.environ | {"ACAUSAL_CACHE": "off", "TF_CPP_MIN_LOG_LEVEL": level}

@@ -48,6 +48,7 @@ def _run(model: Tanks) -> Any:
     return solution.t1, solution.integrals["first"][-1], solution.final.parts[0].noted, solution.final.scale
 
 
+@pytest.mark.thorough
 def test_functions_read_parameters_that_are_collected(monkeypatch: pytest.MonkeyPatch) -> None:
     """t1 = -T ln(limit), the integral is scale (1 - limit), and the event notes T."""
     monkeypatch.setattr(intake, "LARGE", 10)

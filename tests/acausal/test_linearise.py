@@ -75,6 +75,7 @@ def test_motor_transfer_functions(motor: LinearSystem) -> None:
     assert len(motor.zeros) == 0
 
 
+@pytest.mark.thorough
 def test_motor_responses(motor: LinearSystem) -> None:
     """A partial-fraction expansion of the transfer function over the poles."""
     ts = np.linspace(0.0, 0.2, 21)
@@ -87,6 +88,7 @@ def test_motor_responses(motor: LinearSystem) -> None:
     np.testing.assert_allclose(np.array(channel.step_response(ts))[:, 0, 0], step.real, rtol=1e-10, atol=1e-11)
 
 
+@pytest.mark.thorough
 def test_response_is_that_of_a_simulation() -> None:
     """The motor is linear, so the difference of two runs is the response to the difference of the voltages."""
     ts = jnp.linspace(0.0, 0.05, 11)
@@ -98,6 +100,7 @@ def test_response_is_that_of_a_simulation() -> None:
     np.testing.assert_allclose(2.0 * system.step_response(ts)[:, 0, 0], difference, rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_python_control() -> None:
     system = linearise(rlc(), inputs=["source.V"], outputs=["c.v", "r.i"])
     exported = system.to_control()
@@ -150,6 +153,7 @@ def test_operating_points_agree() -> None:
     assert abs(float(linearise(model).A[0, 0] / of_view.A[0, 0])) > 1.2
 
 
+@pytest.mark.thorough
 def test_other_choice_of_states() -> None:
     """A view serves any choice of states, and the poles do not depend on it."""
     model = gear_train(3.0, torque=1.0, w1=0.5)
@@ -185,6 +189,7 @@ class Slider(Component):
         )
 
 
+@pytest.mark.thorough
 def test_state_that_no_variable_holds() -> None:
     """der(phi) is a state, but not in a view: it follows from the speed v = 0.2 der(phi)."""
     sol = simulate(Slider(), 0.1, rtol=1e-9)
@@ -214,6 +219,7 @@ def test_arrays() -> None:
         linearise(Rod(rates=jnp.ones(3)), inputs=["rates"])
 
 
+@pytest.mark.thorough
 def test_time_of_a_view() -> None:
     """The time is that of the view where a model has a clock, and can be given."""
     model = driven_capacitor(amplitude=3.0, frequency=2.0)
@@ -293,6 +299,7 @@ def test_zeros_of_several_channels() -> None:
     assert len(strict.zeros) == 3
 
 
+@pytest.mark.thorough
 def test_balanced_truncation() -> None:
     """The error of the frequency response stays within twice the sum of the singular values left out."""
     model = two_mass(c2=1e5, d1=10.0, d2=30.0)
@@ -335,6 +342,7 @@ def test_wrong_requests(keywords: dict[str, Any], message: str) -> None:
         linearise(motor_rig(), **keywords)
 
 
+@pytest.mark.thorough
 def test_wrong_operating_points() -> None:
     sol = simulate(rc(), 0.1)
     with pytest.raises(ModelError, match="The operating point has another structure"):
@@ -368,6 +376,7 @@ def test_wrong_channels(motor: LinearSystem) -> None:
         motor.step_response(1.0)
 
 
+@pytest.mark.thorough
 def test_plots(motor: LinearSystem) -> None:
     axes = motor.plot_bode()
     assert axes.shape == (2, 2)
@@ -392,6 +401,7 @@ def test_start_values_whose_events_have_no_end_are_no_operating_point() -> None:
         linearise(Undoing())
 
 
+@pytest.mark.thorough
 def test_under_jit_and_vmap() -> None:
     def of(R: Scalar) -> LinearSystem:
         return linearise(motor_rig(R=R), inputs=["supply.V"], outputs=["motor.rotor.w"])

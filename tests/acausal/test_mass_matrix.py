@@ -42,6 +42,7 @@ from components.electrical import (
 TIMES = np.linspace(0.0, 0.3, 4)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "make"), [("diode", lambda: rectifier(5.0)), ("arms", bridge)])
 def test_both_forms_agree(name: str, make: Any) -> None:
     solved, integrated = choose_states(make()), choose_states(make(), algebraic="integrate")
@@ -61,6 +62,7 @@ def test_solvers_for_ordinary_equations_are_refused() -> None:
         simulate(rectifier(5.0), 0.3, system=system, solver=diffrax.Kvaerno5())
 
 
+@pytest.mark.thorough
 def test_the_smaller_rosenbrock_method() -> None:
     system = choose_states(bridge(), algebraic="integrate")
     sol = simulate(bridge(), 0.3, save=TIMES, rtol=1e-8, system=system, solver=Rodas3P())
@@ -97,6 +99,7 @@ class Watched(Component):
         return dict(low=when(self.u < 0.8, seen=self.y, gain=1.0 + self.z))
 
 
+@pytest.mark.thorough
 def test_events_and_stops_by_algebraic_unknowns() -> None:
     """In both forms at rates that differ: all happens at the same k t, whatever k is."""
     system = choose_states(Watched(k=1.0), algebraic="integrate")
@@ -133,6 +136,7 @@ class Coupled(Component):
         return dict(low=when(self.x < self.level, k=0.8))
 
 
+@pytest.mark.thorough
 def test_residuals_hold_in_the_modes_of_the_moment() -> None:
     """x decays with the rate 1/(1 - k^2), from the level on with that of the second k; and the derivative."""
     system = choose_states(Coupled(), algebraic="integrate")

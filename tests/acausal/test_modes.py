@@ -158,6 +158,7 @@ def _participation(c1: Scalar) -> Any:
     return linearise(two_mass(c1=c1, d1=1.0)).participation["first.v"][0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("function", "x"), [(_pole, 0.3), (_first_frequency, 300.0), (_share, 300.0), (_participation, 300.0)]
 )
@@ -338,6 +339,7 @@ def test_mode_that_stores_nothing() -> None:
     np.testing.assert_allclose(energy.values[:, 1:].sum(axis=0), 1.0, rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_weight_that_drives_a_mode() -> None:
     """An unstable motion has no energy in sum: what the rotor gains the weight gives."""
     system = linearise(Inverted(weight=TopWeight(), rotor=Inertia(J=0.2)))

@@ -49,6 +49,7 @@ def counted(times: Any, first: Any, t0: Any) -> Any:
     return jnp.stack([f.once, f.again, f.after, f.reached]), f.ticks, jnp.stack([f.x, f.y]), sol.stats["num_steps"]
 
 
+@pytest.mark.thorough
 def test_what_comes_at_one_instant_but_for_rounding_comes_once() -> None:
     """A few roundings apart or equal, at zero and elsewhere, in runs that start before zero or at it."""
     rng = np.random.default_rng(1)
@@ -67,6 +68,7 @@ def test_what_comes_at_one_instant_but_for_rounding_comes_once() -> None:
     assert np.all(steps < 11.0 * (2.0 - t0) + 20.0)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("is_tick", [False, True])
 def test_what_happens_a_few_roundings_before_the_end_takes_no_steps_to_come_to(is_tick: bool) -> None:
     """An equation that jumps there, or the last tick of a clock: as many steps as to what happens far from the end.
@@ -100,6 +102,7 @@ class Growth(Component):
         return dict(tick=at(self.T, n=self.n + 1.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_an_instant_next_to_the_end_takes_none_of_the_derivative_by_the_end(mode: Any) -> None:
     apart = jnp.asarray([0.0, 1.0, 2.0, 5.0, 100.0, 1e4]) * np.spacing(1.0)
@@ -175,6 +178,7 @@ def compare(found: Any, expected: Any, rtol: float) -> None:
     np.testing.assert_allclose(found, expected, atol=rtol * float(jnp.max(jnp.abs(expected))))
 
 
+@pytest.mark.thorough
 def test_first_and_second_derivatives(points: Any) -> None:
     """By the times of events, equations that jump, and conditions that leap."""
 
@@ -189,11 +193,13 @@ def test_first_and_second_derivatives(points: Any) -> None:
         compare(found, expected, 1e-8)
 
 
+@pytest.mark.thorough
 def test_reverse_mode(points: Any) -> None:
     found = jax.jit(jax.vmap(jax.jacrev(run)))(points)
     compare(found, jax.vmap(jax.jacfwd(exactly))(points), 1e-9)
 
 
+@pytest.mark.thorough
 def test_the_time_of_a_stop_condition_that_leaps() -> None:
     def stopped(T1: Any, T2: Any) -> Any:
         return simulate(Turns(T1=T1, T2=T2, c=0.1), 2.0, until=lambda s: s.k + s.w, direction="down", save="end").t1
@@ -230,6 +236,7 @@ class Closing(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_what_decays_to_zero_has_no_moment_there(mode: Any) -> None:
     def found(numbers: Float[Array, "2"]) -> Array:
@@ -259,6 +266,7 @@ class Past(Component):
         )
 
 
+@pytest.mark.thorough
 def test_events_in_the_past_happen_once_in_their_order() -> None:
     """From the last time of each; at one instant, with values from before, and the last in the list counts."""
     rng = np.random.default_rng(6)
@@ -300,6 +308,7 @@ class Timer(Component):
         )
 
 
+@pytest.mark.thorough
 def test_past_events_schedule_past_events() -> None:
     """A run that starts late goes on as if it had been started in time."""
     rng = np.random.default_rng(7)

@@ -91,6 +91,7 @@ def test_margins_with_direct_feedthrough(k: float, pole: float, zero: float) -> 
     np.testing.assert_allclose([found.phase, found.gain_crossover], [phase, crossover], rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_the_operating_point_is_that_of_the_closed_loop() -> None:
     # At rest y = c u^2 and u = k (1 - y), where the loop has the gain 2 c u k.
     k, c = 2.0, 0.5

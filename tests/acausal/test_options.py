@@ -110,6 +110,7 @@ def test_what_is_not_known_is_a_result(options: dict[str, Any], message: str) ->
         _under_jit(wrong, True)
 
 
+@pytest.mark.thorough
 def test_members_of_a_batch_are_refused_one_by_one() -> None:
     sols = jax.vmap(lambda t1: simulate(rc(), t1, until=lambda s: s.c.v - 1.0, throw=False))(jnp.array([0.1, NAN]))
     np.testing.assert_array_equal(sols.result == Result.bad_option, [False, True])
@@ -168,6 +169,7 @@ def test_a_run_back_in_time_leads_back() -> None:
     np.testing.assert_array_equal(back.ts, TIMES[::-1])
 
 
+@pytest.mark.thorough
 def test_events_cannot_be_undone() -> None:
     model = Swinging(mass=Mass(m=1.0), spring=Spring(c=1.0), stop=HardStop(s_max=1.0))
     with pytest.raises(ModelError, match=r"cannot undo the event stop\.\w+, got t1=-1"):

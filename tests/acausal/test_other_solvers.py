@@ -25,6 +25,7 @@ class Swing(Component):
         return dict(down=when(self.x < 0.0, n=self.n + 1.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("solver", "rtol", "error"),
     [(diffrax.Kvaerno3(), 1e-6, 1e-4), (diffrax.Kvaerno5(), 1e-6, 1e-4), (diffrax.ImplicitEuler(), 1e-4, 0.1)],

@@ -33,6 +33,7 @@ def area(e: float) -> float:
     return v**3 / (3.0 * G**2) + (e * v) ** 3 / (6.0 * G**2) * 4.0
 
 
+@pytest.mark.thorough
 def test_integral_through_events_is_exact() -> None:
     solution = simulate(flight(E0), times_of_impact(E0)[1], rtol=1e-9)
     np.testing.assert_allclose(solution.integral(lambda s: s.h), area(E0), rtol=1e-9)
@@ -45,6 +46,7 @@ def test_integral_of_a_run_backwards() -> None:
     np.testing.assert_allclose([solution.integral(lambda s: s.c.v), solution.integrals[-1]], exact, rtol=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivative_of_an_integral(mode: Any) -> None:
     """The derivative by the restitution, from its closed form. The run ends at a fixed time."""
@@ -65,6 +67,7 @@ def test_peaks_are_those_of_closed_forms() -> None:
     np.testing.assert_allclose(found["low"], (np.sqrt(2.0 * G), fall), rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_highest_of_peaks_that_are_nearly_as_high() -> None:
     """v = exp(-d t / 2) sin(w t) / w: each peak is lower than the one before by less than it rises above samples."""
     d = 1e-5
@@ -79,6 +82,7 @@ def test_highest_of_peaks_that_are_nearly_as_high() -> None:
         np.testing.assert_allclose(found, (height, first), rtol=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivatives_of_a_peak(mode: Any) -> None:
     """The height of the rebound is e^2, and its time that of the fall times 1 + e."""
@@ -91,6 +95,7 @@ def test_derivatives_of_a_peak(mode: Any) -> None:
     np.testing.assert_allclose(time, np.sqrt(2.0 / G), rtol=1e-5)
 
 
+@pytest.mark.thorough
 def test_what_is_read_after_a_run_is_what_the_run_itself_reads() -> None:
     before = simulate(flight(E0), 2.0, energy=True, integrals=lambda s: s.h, peaks=lambda s: s.v)
     after = simulate(flight(E0), 2.0)
@@ -101,6 +106,7 @@ def test_what_is_read_after_a_run_is_what_the_run_itself_reads() -> None:
     np.testing.assert_allclose(*(list(x.energy.events.values()) for x in (after, before)), rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_account_of_a_charge_closes_without_being_asked_for() -> None:
     account = simulate(rc(), 0.3, rtol=1e-9).energy
     np.testing.assert_allclose(account.stored["c"], 0.5 * 1e-3 * (5.0 * (1.0 - np.exp(-3.0))) ** 2, rtol=1e-7)
@@ -113,6 +119,7 @@ def test_account_closes_where_no_event_happens() -> None:
     assert abs(account.imbalance) < 1e-9
 
 
+@pytest.mark.thorough
 def test_account_is_not_a_number_where_the_history_lacks_an_event() -> None:
     """Within `jit` there is room for so many moments; the loss of a later event has nobody to be told of."""
 
@@ -123,6 +130,7 @@ def test_account_is_not_a_number_where_the_history_lacks_an_event() -> None:
     assert abs(imbalance(E0)) < 1e-6
 
 
+@pytest.mark.thorough
 def test_runs_in_a_batch_are_read_one_by_one() -> None:
     es = np.array([0.5, 0.7])
     batch = jax.vmap(lambda e: simulate(Ball(h=1.0, e=e), 1.0, save="dense"))(es)
@@ -133,6 +141,7 @@ def test_runs_in_a_batch_are_read_one_by_one() -> None:
         np.testing.assert_allclose(batch.energy.events[name], [x.energy.events[name] for x in alone], rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_run_in_many_pieces_is_that_in_one(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = simulate(flight(E0), 2.5)
     monkeypatch.setattr(settings, "STEPS", 3)
@@ -144,6 +153,7 @@ def test_a_run_in_many_pieces_is_that_in_one(monkeypatch: pytest.MonkeyPatch) ->
     assert pieces.stats["num_steps"] == whole.stats["num_steps"] > 6
 
 
+@pytest.mark.thorough
 def test_known_and_traced_runs_show_the_same() -> None:
     times = np.linspace(0.0, 2.0, 30)
 
@@ -198,6 +208,7 @@ def test_limits_of_steps_and_events_hold_in_pieces() -> None:
     assert len(simulate(flight(E0), 2.0, max_events=2).events) == 2
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wrong", [3.0, lambda s: s.h > 0.0, lambda s: jnp.ones(2) * s.h])
 def test_what_is_no_function_of_the_variables_is_refused(wrong: Any) -> None:
     solution = simulate(flight(E0), 0.1)

@@ -46,12 +46,14 @@ def peaks(c: Any, d: Any, save: Any = "end") -> Any:
     return simulate(model, 3.0, peaks=speeds, rtol=1e-10, save=save).peaks
 
 
+@pytest.mark.thorough
 def test_extremum_within_a_step() -> None:
     found, (value, time) = peaks(C, D), turning(C, D)
     assert float(found["back"].value) == pytest.approx(float(value), rel=1e-8)
     assert float(found["back"].time) == pytest.approx(float(time), rel=1e-7)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("derivative", [jax.jacfwd, jax.jacrev])
 def test_derivatives_of_value_and_time(derivative: Any) -> None:
     def both(x: Any) -> Any:
@@ -72,6 +74,7 @@ def test_peak_is_that_of_the_dense_solution() -> None:
         assert float(peak.value) >= float(jnp.max(speeds(solution.at(jnp.linspace(0.0, 3.0, 2001)))[name])) - 1e-12
 
 
+@pytest.mark.thorough
 def test_peak_at_the_ends() -> None:
     # The charging current is largest at the start, the voltage at the end.
     solution = simulate(rc(), 0.2, peaks=lambda s: (s.r.i, s.c.v), rtol=1e-9)
@@ -81,6 +84,7 @@ def test_peak_at_the_ends() -> None:
     assert float(voltage.value) == pytest.approx(5.0 * (1.0 - math.exp(-2.0)), rel=1e-8)
 
 
+@pytest.mark.thorough
 def test_peak_where_a_run_is_stopped() -> None:
     def peak(model: Any) -> Any:
         return simulate(model, 1.0, until=lambda s: s.c.v - 3.0, peaks=lambda s: {"v": s.c.v}, rtol=1e-9).peaks["v"]
@@ -138,6 +142,7 @@ def test_peaks_before_and_after_events() -> None:
     np.testing.assert_allclose(slopes["jump"].value, [0.0, 0.0, 0.0], atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_batches_and_compiled_runs() -> None:
     cs = jnp.array([2.0, 4.0, 8.0])
     found = jax.jit(jax.vmap(lambda c: peaks(c, D)["back"]))(cs)
@@ -173,6 +178,7 @@ class Plateaus(Component):
         return dict(first=at(0.25, kick=1.0), last=at(0.75, kick=2.0))
 
 
+@pytest.mark.thorough
 def test_peaks_at_kinks() -> None:
     def wanted(s: Plateaus) -> dict[str, Any]:
         return {

@@ -22,6 +22,7 @@ class Cooling(Component):
         return dict(rate=eq(d.x, -self.k * self.z), square=eq(self.z, self.x**2))
 
 
+@pytest.mark.thorough
 def test_another_place_traces_no_equation(monkeypatch: pytest.MonkeyPatch) -> None:
     model = Cooling()
     system = structure(model).system

@@ -76,6 +76,7 @@ def test_what_is_compiled_is_said_the_first_time(terminal: Terminal, call: str) 
     assert terminal.lines() == []
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("function", "subject"),
     [(final, "a run of RC"), (jax.grad(lambda R: 2.0 * final(R)), "the gradient of a run of RC")],
@@ -87,6 +88,7 @@ def test_a_program_of_the_user_is_named_after_what_it_runs(
     assert terminal.lines() == [said(subject)]
 
 
+@pytest.mark.thorough
 def test_nothing_is_said_of_other_programs(terminal: Terminal) -> None:
     def run(x: Any) -> Any:  # the name of the library's own
         return jnp.sin(x) + 1.0

@@ -41,6 +41,7 @@ def released() -> Any:
     return simulate(Pendulum(x=1.0, y=0.0), 10.0, save=np.array([0.5, 1.0, 2.0, 10.0]), rtol=1e-10, max_steps=10_000)
 
 
+@pytest.mark.thorough
 def test_pendulum(released: Any) -> None:
     k = np.sin(np.pi / 4)
     angle = 2.0 * np.arcsin(k * ellipj(ellipk(k**2) - np.sqrt(G) * np.asarray(released.ts), k**2)[0])
@@ -49,6 +50,7 @@ def test_pendulum(released: Any) -> None:
     np.testing.assert_allclose(released.x[:3], [0.391048791551, -0.986291751132, 0.793566195343], atol=1e-9)
 
 
+@pytest.mark.thorough
 def test_pendulum_turning_over() -> None:
     """Fast enough to go round: w^2 = w0^2 - 2 g (1 - cos(angle)), a motion in cn and dn with modulus below 1."""
     w0 = 8.0
@@ -61,6 +63,7 @@ def test_pendulum_turning_over() -> None:
     assert np.max(np.asarray(sol.y)) > 0.9
 
 
+@pytest.mark.thorough
 def test_no_drift_over_a_thousand_oscillations() -> None:
     period = 4.0 * ellipk(np.sin(np.pi / 4) ** 2) / np.sqrt(G)
     rtol = 1e-6
@@ -79,6 +82,7 @@ def swing(length: Any, x0: Any) -> Any:
     return simulate(model, 1.3, save="end", rtol=1e-10).final.x
 
 
+@pytest.mark.thorough
 def test_gradients() -> None:
     point = (jnp.asarray(1.1), jnp.asarray(0.9))
     forward = jax.jit(jax.jacfwd(swing, argnums=(0, 1)))(*point)
@@ -99,6 +103,7 @@ def test_batch() -> None:
     np.testing.assert_allclose(together, [jax.jit(swing)(length, 0.9) for length in lengths], rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_slider_crank_turns_over() -> None:
     model = SliderCrank(phi=0.0, psi=0.0, x=0.4, w=30.0)
     assert len(structure(model).invariants) >= 2
@@ -144,6 +149,7 @@ def test_another_solver() -> None:
         np.testing.assert_allclose(sol.final.x**2 + sol.final.y**2, 1.0, atol=1e-13)
 
 
+@pytest.mark.thorough
 def test_the_mass_matrix_form() -> None:
     model = Pendulum(x=1.0, y=0.0)
     sol = simulate(model, 2.0, save="end", rtol=1e-9, system=choose_states(model, algebraic="integrate"))
@@ -178,6 +184,7 @@ def test_start_off_the_constraint() -> None:
         simulate(Pendulum(x=1.0, y=1.0), 1.0)
 
 
+@pytest.mark.thorough
 def test_compiled_once() -> None:
     @eqx.filter_jit
     def run(x0: Any) -> Any:
@@ -271,6 +278,7 @@ def test_the_rod_is_as_long_as_the_last_event_says(model: Any, after: float) -> 
     np.testing.assert_allclose(energy[falls], expected[falls], atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_derivatives_with_a_rod_that_changes() -> None:
     """By the share that is left of the rod, in both modes."""
 
@@ -282,6 +290,7 @@ def test_derivatives_with_a_rod_that_changes() -> None:
     np.testing.assert_allclose(jax.grad(end)(0.8), slope, rtol=1e-8)
 
 
+@pytest.mark.thorough
 def test_values_that_a_rod_forbids() -> None:
     with pytest.raises(SimulationError, match="An event sets variables to values that contradict the constraints"):
         simulate(Torn(), 1.0)

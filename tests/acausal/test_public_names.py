@@ -90,6 +90,7 @@ def test_errors_have_one_base() -> None:
     assert all(issubclass(cls, AcausalError) for cls in errors)
 
 
+@pytest.mark.thorough
 def test_what_editors_see() -> None:
     """Checked by the type checker: a solution knows the class of its model, and a condition that of its argument."""
     solution = simulate(rc(), 1.0, until=lambda s: assert_type(s, RC).c.v - 0.5, save="end", throw=False)

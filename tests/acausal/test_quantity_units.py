@@ -56,6 +56,7 @@ def test_types_are_those_of_plain_numbers() -> None:
     assert isinstance(inertia.w, float)
 
 
+@pytest.mark.thorough
 def test_arrays() -> None:
     spring = TabulatedSpring(
         positions=quantity([0.0, 5.0, 9.0], "mm"), forces=quantity(np.array([0.0, 1.0, 2.0]), "kN")

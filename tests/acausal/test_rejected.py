@@ -83,6 +83,7 @@ def test_reverse_mode_passes_by(quantity: Callable[..., Scalar]) -> None:
     np.testing.assert_allclose(gradients, jax.vmap(jax.grad(lambda rate: quantity(rate, None)))(RATES), rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_a_failed_step_does_not_tell_where_the_next_one_ends() -> None:
     """Both modes take the same steps, at times other than zero, too."""
 
@@ -94,6 +95,7 @@ def test_a_failed_step_does_not_tell_where_the_next_one_ends() -> None:
     assert steps(diffrax.RecursiveCheckpointAdjoint()) == steps(None)
 
 
+@pytest.mark.thorough
 def test_the_first_step_has_no_root() -> None:
     """For the first of the rates it has."""
 

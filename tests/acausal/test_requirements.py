@@ -177,6 +177,7 @@ def test_under_jit_it_is_a_result(case: str) -> None:
     assert _result(many(), False) == Result.reached_end
 
 
+@pytest.mark.thorough
 def test_derivatives_of_a_start_or_a_linear_system_without_one_are_not_numbers() -> None:
     where = CASES["a relation of parts"][0]
     at = lambda R: eqx.tree_at(where, many(), R)  # noqa: E731
@@ -194,6 +195,7 @@ def test_what_is_wrong_is_told_where_it_is_built() -> None:
     assert jax.jit(lambda low: Band(low=low, high=1.0).low)(2.0) == 2.0
 
 
+@pytest.mark.thorough
 def test_a_trial_that_is_differentiated_is_a_result() -> None:
     """As for an optimiser, which steps back from it."""
 
@@ -220,6 +222,7 @@ class OfVariables(Component):
         return () if self.x is None else (require(self.x > 0.0, "x must be positive"),)
 
 
+@pytest.mark.thorough
 def test_requirements_are_about_parameters() -> None:
     with pytest.raises(ModelError, match=r"OfVariables.requirements uses x, which is not a parameter"):
         simulate(OfVariables(), 1.0)

@@ -241,6 +241,7 @@ def test_every_result_is_covered() -> None:
     assert set(RESULTS) == set(Result._name_to_item)  # pyright: ignore[reportAttributeAccessIssue]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", RUNS)
 def test_result_without_an_error(name: str) -> None:
     sol = RUNS[name].run(throw=False)
@@ -258,6 +259,7 @@ def test_error_of_a_failed_run(name: str) -> None:
         RUNS[name].run()
 
 
+@pytest.mark.thorough
 def test_a_parameter_that_goes_bad_under_jit() -> None:
     @eqx.filter_jit
     def run(m: Scalar, throw: bool) -> Any:
@@ -270,6 +272,7 @@ def test_a_parameter_that_goes_bad_under_jit() -> None:
         run(jnp.asarray(-2.0), True)
 
 
+@pytest.mark.thorough
 def test_a_consistent_start_is_no_bad_one() -> None:
     sol = simulate(gear_train(2.0, w1=10.0, w2=5.0), 0.1, save="end", throw=False)
     assert sol.result == Result.reached_end

@@ -54,6 +54,7 @@ class Ball(Component):
         )
 
 
+@pytest.mark.thorough
 def test_two_halves_make_a_whole() -> None:
     """Parted anywhere: between events, at a tick of the clock, and at a rebound but for rounding."""
 
@@ -85,6 +86,7 @@ class Counted(Component):
         return dict(came=at(1.0, past=self.past + 1.0), fills=when(self.x > 0.5, full=self.full + 1.0))
 
 
+@pytest.mark.thorough
 def test_what_happens_in_the_search_for_a_start_happens_once() -> None:
     """It is listed where the start is searched for, and a run that resumes it goes on."""
     run = simulate(Counted(), 3.0, t0=2.0)
@@ -128,6 +130,7 @@ def counts(start: Counter, t1: float, **options: Any) -> list[float]:
     return [float(n) for n in (run.final.past, run.final.ticks, run.final.full, run.final.large)]
 
 
+@pytest.mark.thorough
 def test_a_start_knows_what_has_happened() -> None:
     """At its time nothing happens twice; later what became due since, and what a changed parameter makes true."""
     start = initialise(Counter(), steady=True, t0=2.0)
@@ -141,6 +144,7 @@ def test_a_start_knows_what_has_happened() -> None:
     assert len(stack([start, Counter()])) == len(repeat(start, 2)) == 2
 
 
+@pytest.mark.thorough
 def test_a_start_is_not_begun_before_its_time() -> None:
     """Events until then would happen again: an error, or a result where the numbers are not known."""
     start = initialise(Counter(), steady=True, t0=2.0)
@@ -194,6 +198,7 @@ class Kicked(Component):
         return dict(kick=at(1.0, v=5.0, kicks=self.kicks + 1.0))
 
 
+@pytest.mark.thorough
 def test_a_search_begins_with_the_states_that_past_events_have_set() -> None:
     """As a run does; what conditions say of these states counts all the same."""
     held = initialise(Kicked(), lambda s, d: dict(slow=eq(s.v, 2.0, check_units=False)), t0=2.0)
@@ -202,6 +207,7 @@ def test_a_search_begins_with_the_states_that_past_events_have_set() -> None:
         np.testing.assert_allclose(np.array([run["v"][0], run.final.x, run.final.kicks]), [v, v, 1.0], rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_what_sets_states_too_happens_once() -> None:
     """A search sets the discrete variables; the run that begins there, the states."""
     start = initialise(Struck())

@@ -59,6 +59,7 @@ def test_a_room_imports_only_from_those_before_it(house: str) -> None:
     assert not [pair for pair in pairs if room_of(pair[1], house) > room_of(pair[0], house)]
 
 
+@pytest.mark.thorough
 def test_no_module_imports_another_in_a_circle() -> None:
     graph = {module: {other for other, is_late in imports(module) if not is_late} for module in MODULES}
     tuple(graphlib.TopologicalSorter(graph).static_order())

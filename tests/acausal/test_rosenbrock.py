@@ -82,6 +82,7 @@ def orders(errors: np.ndarray) -> np.ndarray:
     return np.log2(errors[:-1] / errors[1:])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("problem", [NON_AUTONOMOUS, DAE, NON_AUTONOMOUS_DAE], ids=["ode", "dae", "dae(t)"])
 @pytest.mark.parametrize("method", METHODS)
 def test_order_of_step_and_dense_output(method, problem):
@@ -140,6 +141,7 @@ def test_algebraic_component_is_met_and_has_no_spurious_error(method):
     np.testing.assert_allclose(error, 0, atol=1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.computing
 def test_forms_of_the_mass_matrix_agree():
     def f(t, y, _):
@@ -291,6 +293,7 @@ def exact_derivative(stiffness: float) -> float:
     return (t[0] - 8 * t[1] + 8 * t[2] - t[3]) / (12 * h)
 
 
+@pytest.mark.thorough
 def test_event_time_and_its_forward_derivative():
     direct = diffrax.DirectAdjoint()
     time, slope = jax.jit(lambda s: jax.jvp(lambda s: crossing_time(s, direct), (s,), (jnp.ones(()),)))(2.0)
@@ -298,6 +301,7 @@ def test_event_time_and_its_forward_derivative():
     np.testing.assert_allclose(slope, exact_derivative(2.0), rtol=2e-8)
 
 
+@pytest.mark.thorough
 def test_derivatives_of_the_discrete_solution():
     """On equal steps all modes differentiate the same map, so they agree to rounding, and with differences of it."""
 
@@ -314,6 +318,7 @@ def test_derivatives_of_the_discrete_solution():
     np.testing.assert_allclose((far - 8 * near + 8 * near_ - far_) / (12 * h), slope, rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_batch_of_event_times():
     stiffness = jnp.array([0.1, 2.0, 5.0])
     adjoint = diffrax.RecursiveCheckpointAdjoint()
@@ -364,6 +369,7 @@ def test_derivative_with_respect_to_the_mass():
     np.testing.assert_allclose([value, slope], [np.exp(-0.5), np.exp(-0.5) / 4], rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_saved_steps_times_and_dense_output_agree():
     ts = jnp.linspace(0.0, 1.0, 9)
 

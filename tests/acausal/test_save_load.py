@@ -26,6 +26,7 @@ def test_the_file_comes_first(tmp_path: Path) -> None:
         save(rc(), tmp_path / "model")  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.thorough
 def test_solution(tmp_path: Path) -> None:
     file = tmp_path / "charge.acausal"
     sol = simulate(rc(R=100.0), 0.1, save="dense", energy=True, until=lambda s: s.c.v - 1e9, rtol=1e-7, throw=False)
@@ -44,6 +45,7 @@ def test_solution(tmp_path: Path) -> None:
     assert read["versions"].keys() >= {"python", "acausal", "jax", "equinox", "diffrax"}
 
 
+@pytest.mark.thorough
 def test_options_of_runs_in_a_batch() -> None:
     runs = jax.vmap(lambda t: simulate(rc(), t, save="end", max_steps=99))(jnp.array([0.1, 0.2]))
     np.testing.assert_array_equal(runs.options["t1"], [0.1, 0.2])
@@ -161,6 +163,7 @@ def test_other_equations_are_said(fallen: dict[str, Path], monkeypatch: pytest.M
         load(fallen["run"])
 
 
+@pytest.mark.thorough
 def test_damaged_files(fallen: dict[str, Path], tmp_path: Path) -> None:
     """Cut off or spoilt anywhere, without one of its entries, or with half of one."""
     whole, file = fallen["model"].read_bytes(), tmp_path / "spoilt"

@@ -79,6 +79,7 @@ class Falling(Component):
         return dict(back=when(self.h < self.least, h=1.0))
 
 
+@pytest.mark.thorough
 def test_a_value_just_before_an_event_counts_where_it_is_shown() -> None:
     first = simulate(Falling(), 1.2, save="steps", dt0=2.0, throw=False)
     assert np.isnan(first.root).sum() == 1
@@ -86,6 +87,7 @@ def test_a_value_just_before_an_event_counts_where_it_is_shown() -> None:
     assert simulate(Falling(), 1.2, save=np.array([0.9, 1.15])).result == Result.reached_end
 
 
+@pytest.mark.thorough
 def test_it_raises_under_jit_and_in_derivatives() -> None:
     def last(level: Scalar) -> Scalar:
         return simulate(eqx.tree_at(lambda m: m.level, Wave(), level), END, save=NEGATIVE).x[-2]
@@ -97,6 +99,7 @@ def test_it_raises_under_jit_and_in_derivatives() -> None:
             compiled(jnp.asarray(0.5))
 
 
+@pytest.mark.thorough
 def test_members_of_a_batch_fail_alone() -> None:
     def result(level: Scalar) -> Any:
         return simulate(eqx.tree_at(lambda m: m.level, Wave(), level), END, save=NEGATIVE, throw=False).result

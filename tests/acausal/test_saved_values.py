@@ -54,6 +54,7 @@ def expected(t: Any) -> Any:
     return LEVELS[np.minimum(np.searchsorted([1.0, 2.0], t, side="right"), 2)] + (1.0 + 0.1 * t) ** (2 / 3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("dense", "t1"), [(False, 2.0), (True, 3.0)])
 def test_a_source_that_jumps(dense: bool, t1: float) -> None:
     model = Commanded(source=Staircase(times=[0.0, 1.0, 2.0, 3.0], values=LEVELS))
@@ -84,6 +85,7 @@ class Stepped(Component):
         return (connect(self.source.y, self.lag.u),)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("dense", [False, True])
 def test_a_state_at_the_jump_of_its_rate_has_not_moved(dense: bool) -> None:
     """However fast it is: the step before the jump ends there but for rounding."""
@@ -98,6 +100,7 @@ def test_a_state_at_the_jump_of_its_rate_has_not_moved(dense: bool) -> None:
     np.testing.assert_allclose(found, 1.0 - jnp.exp(-k * jnp.linspace(0.7, 1.3, 25)), atol=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("dense", [False, True])
 def test_an_event_that_sets_a_level(dense: bool) -> None:
     sol = simulate(Switched(levels=LEVELS), 3.0, save="dense" if dense else TIMES)

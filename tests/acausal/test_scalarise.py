@@ -6,6 +6,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
@@ -42,6 +43,7 @@ STAGES: dict[str, Callable[[Any, Any], Any]] = {
 }
 
 
+@pytest.mark.thorough
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(st.lists(st.sampled_from(sorted(STAGES)), min_size=1, max_size=3), st.integers(3, 6), st.integers(0, 2**31))
 def test_element_values_equal_the_array(names: list[str], n: int, seed: int) -> None:
@@ -85,6 +87,7 @@ def test_incidence_of_a_stencil_is_exact() -> None:
     assert found == interior | {"left": {(0, 0)}, "right": {(0, 4), (0, 5)}}
 
 
+@pytest.mark.thorough
 def test_rod_against_the_matrix_exponential() -> None:
     n, a, hot, t = 6, 1.7, 400.0, 0.8
     start = np.array([hot, 290.0, 300.0, 295.0, 310.0, 310.0])

@@ -76,6 +76,7 @@ def test_second_derivatives_where_equations_bend(second: Any) -> None:
     assert float(second(end)(0.3)) == pytest.approx(2.0, rel=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("name", "value", "step"), [("spring.knee", 0.2, 1e-3), ("spring.c_1", 10.0, 1e-1)])
 def test_hessian_of_a_swing_on_a_spring_in_two_pieces(name: str, value: float, step: float) -> None:
     spring = DualRateSpring(c_1=10.0, c_2=60.0, knee=0.2, s_rel0=1.0)
@@ -89,6 +90,7 @@ def test_hessian_of_a_swing_on_a_spring_in_two_pieces(name: str, value: float, s
     assert float(jax.hessian(end)(value)) == pytest.approx(float((4.0 * once - twice) / 3.0), rel=1e-5)
 
 
+@pytest.mark.thorough
 def test_a_step_that_a_bend_makes_fail_is_repeated_up_to_it() -> None:
     """Shortened by the error alone, it would be rejected again and again on the way there."""
     assert simulate(Bent(), 3.0, save="end", rtol=1e-9).stats["num_rejected_steps"] < 5

@@ -41,6 +41,7 @@ def rest(u: Scalar) -> Scalar:
     return initialise(Latched(u=u), steady=True).z
 
 
+@pytest.mark.thorough
 def test_derivatives_of_what_is_latched() -> None:
     """The latch takes 2 u + u^2, measured in the mode before, and the second one x times that, with x = 2 u then; below
     the threshold nothing is latched. To second order, in both modes, under `jit` and `vmap`.
@@ -68,6 +69,7 @@ class Switched(Component):
         return dict(low=when(self.x < 0.0, mode=jnp.where(jnp.abs(self.x) > 1.0, 1.0, -1.0)))
 
 
+@pytest.mark.thorough
 def test_modes_take_the_shorter_way() -> None:
     """Values without derivatives are not differentiated."""
     for model, expected in ((Switched(), False), (Latched(u=1.0), True)):

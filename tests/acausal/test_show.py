@@ -65,6 +65,7 @@ class _Many(Component):
     parts: tuple[Inertia, ...]
 
 
+@pytest.mark.thorough
 def test_solution_as_a_tree(charge: Solution[RC]) -> None:
     lines = str(charge).splitlines()
     assert lines[:3] == ["Solution of RC: 5 saved times, t1 = 0.1 s. The end time was reached.", "At the end:", "RC"]
@@ -111,6 +112,7 @@ def test_names_and_units_of_a_solution(charge: Solution[RC]) -> None:
         charge.unit("c.u")
 
 
+@pytest.mark.thorough
 def test_parameters_and_sensitivities_with_units() -> None:
     gradient = eqx.filter_grad(lambda model: simulate(model, 0.1, save="end").final.c.v)(rc())
     found = parameters(gradient, of="V")

@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Result, Scalar, Time, Var, at, eq, simulate, when
 
@@ -50,6 +51,7 @@ def changes(frequency: float, phase: float, amplitude: float, offset: float) -> 
     return int(np.sum((zeros > 0.0) & (zeros < 1.0)) + (offset + amplitude * np.sin(phase) <= 0.0))
 
 
+@pytest.mark.thorough
 def test_what_opens_and_closes_by_the_same_signal_does_so_in_turn() -> None:
     cases = np.random.default_rng(0).uniform((0.02, 0.0, 0.5, -0.3), (0.3, 6.0, 2.0, 0.3), (3000, 4))
 
@@ -78,6 +80,7 @@ class Clamped(Component):
         return dict(hits=when(self.x > self.limit, x=self.limit, speed=0.0, hits=self.hits + 1.0))
 
 
+@pytest.mark.thorough
 def test_what_is_set_to_its_limit_has_not_passed_it() -> None:
     end = simulate(Clamped(), 1.0, save="end").final
     assert (float(end.x), float(end.hits)) == (0.3, 1.0)
@@ -107,6 +110,7 @@ class Ticked(Component):
         )
 
 
+@pytest.mark.thorough
 def test_what_is_scheduled_finds_the_sides_at_its_time() -> None:
     """They are those of the end of the step that leads to it, not those of its start."""
     rng = np.random.default_rng(0)

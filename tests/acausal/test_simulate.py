@@ -44,6 +44,7 @@ def test_other_solvers_agree(solver: diffrax.AbstractSolver) -> None:
     np.testing.assert_allclose(sol["c.v"], CHARGE, rtol=1e-7, atol=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("solver", [diffrax.Tsit5(), diffrax.Kvaerno5()], ids=["Tsit5", "Kvaerno5"])
 def test_other_solvers_stop_at_the_same_time(solver: diffrax.AbstractSolver) -> None:
     def time(resistance: Any) -> Any:
@@ -61,6 +62,7 @@ def damped(t: Any, m: float, c: float, d: float, s0: float, v0: float) -> np.nda
     return np.exp(-decay * t) * (s0 * np.cos(omega * t) + (v0 + decay * s0) / omega * np.sin(omega * t))
 
 
+@pytest.mark.thorough
 def test_damped_oscillator_dense() -> None:
     numbers = dict(m=2.0, c=50.0, d=4.0, s0=0.03, v0=-0.4)
     sol = simulate(oscillator(**numbers), 2.0, save="dense", rtol=1e-9)
@@ -121,6 +123,7 @@ def test_runs_backwards() -> None:
 # --- stop conditions -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("direction", "expected"), [("up", 13 * np.pi / 6), ("down", 5 * np.pi / 6), (None, 5 * np.pi / 6)]
 )
@@ -143,6 +146,7 @@ def test_stop_at_the_start(direction: Any, expected: Result) -> None:
     assert sol.t1 == (0.0 if expected == Result.stopped else np.inf)
 
 
+@pytest.mark.thorough
 def test_stops_of_a_batch() -> None:
     """Some runs of a batch are stopped, others are not; so are their derivatives."""
 
@@ -180,6 +184,7 @@ jitted_stop_time = jax.jit(stop_time)
 stop_times = jax.jit(jax.vmap(stop_time))
 
 
+@pytest.mark.thorough
 def test_stop_time_forward_mode() -> None:
     value, slope = jax.jit(lambda p: (stop_time(p), jax.jacfwd(stop_time)(p)))(POINT)
     np.testing.assert_allclose(value, exact_stop_time(POINT), rtol=1e-9)
@@ -197,6 +202,7 @@ def test_stop_time_reverse_mode(reverse: Any) -> None:
     np.testing.assert_allclose(slope, jax.grad(exact_stop_time)(POINT), rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_stop_time_finite_differences(reverse: Any) -> None:
     steps = jnp.diag(1e-4 * POINT)
     ahead, behind = stop_times(POINT + steps), stop_times(POINT - steps)
@@ -209,6 +215,7 @@ def test_never_stopped_has_a_finite_gradient(reverse: Any) -> None:
     np.testing.assert_array_equal(slope, 0.0)
 
 
+@pytest.mark.thorough
 def test_vmap_equals_loop() -> None:
     points = POINT * jnp.linspace(0.9, 1.1, 4)[:, None]
     np.testing.assert_allclose(stop_times(points), [jitted_stop_time(p) for p in points], rtol=1e-12)
@@ -238,6 +245,7 @@ def exact_at_end(numbers: Any) -> Any:
     return 5.0 + (v0 - 5.0) * jnp.exp(-(t1 - t0) / (R * 1e-3))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivative_by_times_and_start_value(mode: Any) -> None:
     point = jnp.array([80.0, 1.5, 0.3, 0.4])

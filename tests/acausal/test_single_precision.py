@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 CODE = """
 from typing import Self
 from acausal import Component, Discrete, Equations, Events, Scalar, Var, at, eq, simulate, when
@@ -27,6 +29,7 @@ print(sol.final.x.dtype, float(sol.final.passed), float(sol.final.ticks), round(
 """
 
 
+@pytest.mark.thorough
 def test_events_clocks_and_peaks() -> None:
     env = os.environ | {"JAX_ENABLE_X64": "0", "ACAUSAL_CACHE": "off", "ACAUSAL_OPTIMISE": "off"}
     run = subprocess.run(

@@ -66,6 +66,7 @@ def _sites(function: Any, k: float) -> int:
     return list(_operations(jax.make_jaxpr(function)(k).jaxpr)).count("erf")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("model", "sites"),
     [
@@ -84,6 +85,7 @@ def test_sites_at_which_a_run_evaluates_the_equations(model: type[Decay], sites:
     assert _sites(jax.grad(lambda k: simulate(model(k=k), 2.0, save="end").final.x), 1.0) <= 2 * sites
 
 
+@pytest.mark.thorough
 def test_derivatives_by_one_start_value_of_many() -> None:
     """They are along that one, not along the start values of all parts."""
     many = Many(parts=tuple(PlainDecay() for _ in range(60)))
@@ -143,6 +145,7 @@ class Bent(Component):
         return dict(rate=eq(d.x, -self.z, check_units=False), bend=eq(self.z + self.z**3, self.x))
 
 
+@pytest.mark.thorough
 def test_the_search_for_a_root_is_traced_once_for_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
     traced: list[Any] = []
 

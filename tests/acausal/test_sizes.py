@@ -42,6 +42,7 @@ def run(model: Component, nominal: Mapping[str, float] | None = None) -> Any:
     return simulate(model, 5.0, save=TIMES, nominal=nominal)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3))
 def test_circuits_in_any_unit(seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -53,6 +54,7 @@ def test_circuits_in_any_unit(seed: int) -> None:
     np.testing.assert_allclose(scaled["r.i"] / ampere, plain["r.i"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(2))
 def test_shafts_in_any_unit(seed: int) -> None:
     random = np.random.default_rng(seed)
@@ -64,6 +66,7 @@ def test_shafts_in_any_unit(seed: int) -> None:
     np.testing.assert_allclose(scaled["rotor.w"] / angle, plain["rotor.w"], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_a_slow_shaft_has_three_digits_at_the_default_tolerance() -> None:
     model = shaft(torque=1e-3, angle=1e-3)
     final = simulate(model, 5.0, save="end", nominal={"rotor.w": 1e-3, "damper.phi_rel": 1e-3}).final

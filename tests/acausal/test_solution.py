@@ -32,6 +32,7 @@ RESISTANCES = jnp.array([50.0, 100.0])
 CAPACITIES = jnp.array([1e-3, 2e-3, 3e-3])
 
 
+@pytest.mark.thorough
 def test_solutions_mapped_twice() -> None:
     def run(R: Any, C: Any) -> Solution:
         return simulate(eqx.tree_at(lambda m: (m.r.R, m.c.C), rc(), (R, C)), 0.1, save="end", rtol=1e-9)
@@ -42,6 +43,7 @@ def test_solutions_mapped_twice() -> None:
     np.testing.assert_allclose(sols["c.v"][..., 0], expected, rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_dense_batch() -> None:
     def run(R: Any) -> Solution:
         return simulate(eqx.tree_at(lambda m: m.r.R, rc(), R), 0.1, save="dense", rtol=1e-9)
@@ -72,6 +74,7 @@ def chain(model: Chain) -> Solution:
     return simulate(model, 1.0, rtol=1e-8)
 
 
+@pytest.mark.thorough
 def test_names_of_members(chain: Solution) -> None:
     assert chain["masses[1].w"].shape == chain.ts.shape
     assert len(chain.ts) > 3

@@ -63,6 +63,7 @@ def switched(V: Any = 5.0, R: Any = 1.0, since: Any = -1.0) -> Switched:
     )
 
 
+@pytest.mark.thorough
 def test_closed_switch() -> None:
     """i = V / R with the pole -R / L; open, the contact has its leakage."""
     rest = initialise(switched(), steady=True)
@@ -75,6 +76,7 @@ def test_closed_switch() -> None:
     np.testing.assert_allclose(linearise(switched(since=1.0)).poles, [-1e8], rtol=1e-4)
 
 
+@pytest.mark.thorough
 def test_derivatives_in_a_mode() -> None:
     """By what a past step and the resistor are."""
 
@@ -123,6 +125,7 @@ def test_dry_friction_rests(force: float, place: float) -> None:
     np.testing.assert_allclose(rest.mass.v, 0.0, atol=1e-11)
 
 
+@pytest.mark.thorough
 def test_rest_of_what_moves() -> None:
     """A speed that is only a guess, and the friction that belongs to it, give way to rest."""
     rest = initialise(block(4.0, v=3.0), steady=True)
@@ -156,6 +159,7 @@ def stopped(force: Any, s_max: Any, s: Any = None) -> Stopped:
     )
 
 
+@pytest.mark.thorough
 def test_rest_at_a_stop() -> None:
     """Free, beyond the reach of the spring at one of the stops, and exactly between; with derivatives."""
 
@@ -190,6 +194,7 @@ def pushed(forces: Any) -> Pushed:
     )
 
 
+@pytest.mark.thorough
 def test_rest_at_stops_far_away() -> None:
     """At those that forces push to, however unequal these are; where there is none, no start is found."""
 
@@ -220,6 +225,7 @@ class Guarded(Component):
         return dict(opens=when(self.command > 0.5, opened=1.0), shuts=when(self.command < 0.5, opened=0.0))
 
 
+@pytest.mark.thorough
 def test_no_mode_is_tried_that_an_event_would_change() -> None:
     found: Any = initialise(Guarded(command=1.0, level=3.0), steady=True)
     np.testing.assert_allclose([found.level, found.opened], 1.0, rtol=1e-12)
@@ -227,6 +233,7 @@ def test_no_mode_is_tried_that_an_event_would_change() -> None:
         initialise(Guarded(command=0.0, level=3.0), steady=True)
 
 
+@pytest.mark.thorough
 def test_start_exactly_on_a_stop() -> None:
     """Whatever the numbers, it rests there, pressed on by next to nothing, too."""
 
@@ -255,6 +262,7 @@ class Overrun(Component):
         return connect(self.a.b, self.wheel.a), connect(self.wheel.b, self.b.a), connect(self.u.y, self.wheel.u)
 
 
+@pytest.mark.thorough
 def test_freewheel_against_its_sense() -> None:
     model = Overrun(
         a=rotational.Inertia(J=1.0, w=2.0),
@@ -283,12 +291,14 @@ class Undecided(Component):
         return dict(off=when(heats & (self.x > 1.0), heats=0.0), on=when(~heats & (self.x < 0.9), heats=1.0))
 
 
+@pytest.mark.thorough
 def test_no_mode_is_consistent() -> None:
     with pytest.raises(SimulationError, match=r"(on|off), (on|off) would fire one after the other without end"):
         initialise(Undecided(), steady=True)
     assert np.isnan(initialise(Undecided(), steady=True, throw=False).x)
 
 
+@pytest.mark.thorough
 def test_undetermined_without_an_error() -> None:
     """`strict` holds without an error, too: nothing says where a block without a spring is."""
     with pytest.raises(SimulationError, match="undetermined"):
@@ -315,6 +325,7 @@ class Crossed(Component):
         return dict(first=at(0.0, k=0.3), last=at(0.5, k=self.last))
 
 
+@pytest.mark.thorough
 def test_equations_are_singular_in_the_modes_of_the_moment() -> None:
     """A run that leaves a singular mode at its start is good, one that comes to it is not."""
     sol = simulate(Crossed(), 1.0, save="end", rtol=1e-9)
@@ -338,6 +349,7 @@ class Shaft(Component):
         )
 
 
+@pytest.mark.thorough
 def test_steady_motion() -> None:
     """w = tau / d, near the angle at which it starts; without the angle there is no rest."""
     shaft = Shaft(
@@ -399,6 +411,7 @@ def rectifier(p: dict[str, Any]) -> Rectifier:
     )
 
 
+@pytest.mark.thorough
 def test_random_networks_at_rest() -> None:
     """The rest is the end of a long run from zero voltage, whichever contacts are closed and diodes conduct."""
     random, n = np.random.default_rng(7), (24, 3)

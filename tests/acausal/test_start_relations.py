@@ -26,6 +26,7 @@ SIGNALS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SIGNALS)
 def test_a_searched_start_changes_no_law_in_pieces(name: str) -> None:
     model = Followed(signal=SIGNALS[name], lag=blocks.FirstOrder(k=1.0, T=0.5))

@@ -86,6 +86,7 @@ def test_the_choice_does_not_depend_on_the_numbers() -> None:
     assert system_of(gear_train(2.0)) is system_of(gear_train(-1e-6, w1=3.0))
 
 
+@pytest.mark.thorough
 def test_the_choice_is_the_same_under_jit() -> None:
     systems = []
 
@@ -113,6 +114,7 @@ def test_compile_keeps_all_candidates_where_no_pivot_is_safe(start: dict[str, An
     assert set(choose_states(Pendulum(**start)).state_names) == {"x", "y", "u", "v"}
 
 
+@pytest.mark.thorough
 def test_compile_in_a_singular_position() -> None:
     """At the joint of the rod its constraint has no slope, so that no point on it is found."""
     model = Pendulum(x=0.0, y=0.0)
@@ -150,6 +152,7 @@ class Rod(Component):
         )
 
 
+@pytest.mark.thorough
 def test_a_differentiated_equation_may_read_a_discrete_variable() -> None:
     model = Rod()
     chosen = simulate(model, 0.3, save="end", system=choose_states(model)).final.x

@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Equations, Events, Param, Result, Scalar, Var, at, eq, prefer, simulate
 
@@ -19,6 +20,7 @@ class Steep(Component):
         return dict(runs=eq(d.x, -jnp.exp(self.c * (self.x - 1.0)), check_units=False))
 
 
+@pytest.mark.thorough
 def test_runs_off_by_an_exponential_law() -> None:
     """exp(-c (x - 1)) = c t + exp(-c (x0 - 1)), from rates of up to 1e100 at the start: found, or told to be lost."""
     c = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 10.0, 20.0, 40.0, 60.0])
@@ -50,6 +52,7 @@ class Kicked(Component):
         return dict(kick=at(0.5, w=self.v))
 
 
+@pytest.mark.thorough
 def test_an_event_may_set_a_state_to_any_size() -> None:
     """A jump set by an event is no failed step, and neither is the following step: x = v (t - 0.5)."""
     slope = jax.jacfwd(lambda v: simulate(Kicked(v=v), 1.0, save="end").final.x)(1e12)

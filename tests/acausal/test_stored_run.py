@@ -244,6 +244,7 @@ def test_files_are_read_where_nobody_else_can_have_written_them(tmp_path: Path) 
     assert not list(tmp_path.parent.glob("*-part-program"))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("saves", "last", "rtol"),
     [
@@ -366,6 +367,7 @@ print(simulate(Chain(A=jnp.diag(jnp.array([1.0, 2.0, 3.0]))), 1.0, rtol=1e-8, sa
 """
 
 
+@pytest.mark.thorough
 def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
     """Nothing has loaded that library in it, as compiling does."""
     environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path)}

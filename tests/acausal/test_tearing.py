@@ -27,6 +27,7 @@ class Divider(Component):
         )
 
 
+@pytest.mark.thorough
 def test_model_without_states() -> None:
     model = Divider(source=ConstantVoltage(V=10.0), upper=Resistor(R=3.0), lower=Resistor(R=2.0))
     sol = simulate(model, 1.0, save=jnp.array([0.0, 0.5, 1.0]))
@@ -46,6 +47,7 @@ class Bank(Component):
 VOLTAGES = np.array([1.0, 5.0, 6.0, 7.0, 8.0, 8.2, 10.0, 20.0, 48.0, 100.0])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("V", [5.0, 8.0, 325.0, -10.0])
 def test_diode(V: float) -> None:
     """From the start value of 0.6 V a full Newton step overshoots far at mains voltage, and comes back 25 mV a step."""

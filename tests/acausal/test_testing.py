@@ -228,6 +228,7 @@ class Chain(Component):
         )
 
 
+@pytest.mark.thorough
 def test_composites_and_arrays() -> None:
     shafts = repeat(SpringDamper(c=jnp.array([1.0, 2.0]), d=0.3), 2)
     check_component(

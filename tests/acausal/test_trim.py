@@ -58,6 +58,7 @@ def at_speed(model: Fan, **how: Any) -> Fan:
     return initialise(model, speed, steady=True, moving=["motor.shaft.phi"], **how)
 
 
+@pytest.mark.thorough
 def test_voltage_for_a_speed() -> None:
     """k i = C w and V = R i + k w, whatever voltage is guessed."""
     for guess in (12.0, 0.0, -1e-3):
@@ -66,6 +67,7 @@ def test_voltage_for_a_speed() -> None:
     np.testing.assert_allclose(simulate(turning, 0.1, save="end").final.motor.rotor.w, 100.0, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_derivatives_of_a_parameter_found() -> None:
     """By the resistance w C / k, by the load R w / k; nothing by the first guess."""
 
@@ -108,6 +110,7 @@ def cracking(p: Any, guess: float = 5e6) -> Any:
     return initialise(model, pressure, steady=True, solve_for=["valve.cracking_pressure"]).valve.cracking_pressure
 
 
+@pytest.mark.thorough
 def test_cracking_pressure_for_a_flow() -> None:
     """q = G [p_t ln(1 + exp((p - p_c) / p_t))], where the leakage at p = 0 is nothing."""
     p, scale = jnp.array([1e-4, 5e-10]), jnp.array([1e-4, 5e-10])
@@ -170,6 +173,7 @@ def supplied(R: Any) -> Switched:
     return initialise(model, lambda s, d: dict(current=eq(s.coil.i, 3.0)), steady=True, solve_for=["source.V"])
 
 
+@pytest.mark.thorough
 def test_through_a_switch_closed_by_a_past_step() -> None:
     found = supplied(2.0)
     np.testing.assert_allclose(jnp.stack([found.source.V, found.contact.high]), [6.0, 1.0], rtol=1e-12)
@@ -198,6 +202,7 @@ def ends_at(value: float) -> Any:
     return lambda s, d: dict(x=eq(s.x, value))
 
 
+@pytest.mark.thorough
 def test_mode_that_depends_on_the_parameter() -> None:
     """Off, a = 5 would be needed, which switches on; on, it is 4."""
     found = initialise(Boosted(), ends_at(8.0), steady=True, solve_for=["a"])
@@ -217,6 +222,7 @@ class Leak(Component):
         return dict(rate=eq(d.x, self.a + self.b - self.x, check_units=False))
 
 
+@pytest.mark.thorough
 def test_what_is_left_open_stays_near_the_values_of_the_model() -> None:
     """The point of a + b = x with the least (da / a)^2 + (db / b)^2, and its gradient in both modes."""
 
@@ -232,6 +238,7 @@ def test_what_is_left_open_stays_near_the_values_of_the_model() -> None:
         initialise(Leak(), ends_at(10.0), steady=True, solve_for=["a", "b"], strict=True)
 
 
+@pytest.mark.thorough
 def test_value_outside_its_range() -> None:
     with pytest.raises(SimulationError, match=r"inadmissible parameter .*: a must be positive and finite, got -2\.0"):
         initialise(Leak(), ends_at(1.0), steady=True, solve_for=["a"])
@@ -253,6 +260,7 @@ class Row(Component):
     cells: Array[Leak]
 
 
+@pytest.mark.thorough
 def test_array_of_components() -> None:
     def ends(s: Any, d: Any) -> dict[str, Any]:
         return {f"end{i}": eq(s.cells.item.x[i], 5.0 + i) for i in range(3)}

@@ -6,6 +6,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from jaxtyping import Float
 from scipy.optimize import root_scalar
 
@@ -43,6 +44,7 @@ class Shaft(Component):
         )
 
 
+@pytest.mark.thorough
 def test_each_turn_is_counted() -> None:
     """However short each time for which a condition holds, and however many turns a step would take."""
     rng = np.random.default_rng(0)
@@ -80,6 +82,7 @@ class Tracks(Component):
     tracks: Of[Track]
 
 
+@pytest.mark.thorough
 def test_each_peak_of_a_table_is_counted() -> None:
     """However narrow it is."""
     rng = np.random.default_rng(1)
@@ -111,6 +114,7 @@ class Swell(Component):
         return dict(spill=when(self.x * jnp.sin(self.w * self.t) > 1.0))
 
 
+@pytest.mark.thorough
 def test_a_search_that_takes_many_points_is_gone_on_with() -> None:
     """The first wave that is high enough comes after thousands of turns, all within the first step."""
     w = 1e4
@@ -122,6 +126,7 @@ def test_a_search_that_takes_many_points_is_gone_on_with() -> None:
     assert solution.stats["num_steps"] < 1000
 
 
+@pytest.mark.thorough
 def test_angles_within_functions() -> None:
     """Angles in branches, in functions that are compiled separately, and in functions with their own derivatives."""
 
@@ -143,6 +148,7 @@ def test_angles_within_functions() -> None:
     np.testing.assert_allclose(rate.value, jax.jacfwd(function)(0.7))
 
 
+@pytest.mark.thorough
 def test_places_in_tables_of_arrays() -> None:
     """One table for many, many tables for one, one for each, of single numbers and of vectors."""
     tables, points = jnp.array([[0.0, 1.0, 3.0], [0.0, 2.0, 6.0]]), jnp.array([2.0, 4.0])

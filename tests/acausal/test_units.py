@@ -268,6 +268,7 @@ def factor(dimension: Dimension) -> float:
     return math.prod(f ** float(e) for f, e in zip(FACTORS.values(), dimension.exponents, strict=True))
 
 
+@pytest.mark.thorough
 @settings(max_examples=300, deadline=None)
 @given(tree=TREES, seed=st.integers(0, 10))
 def test_other_base_units_scale_what_has_a_dimension(tree: Any, seed: int) -> None:

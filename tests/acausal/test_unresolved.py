@@ -14,6 +14,7 @@ from acausal import Component, ModelError, Result, UnresolvedWarning, replace, s
 from acausal._integrate.results.unresolved import are_unresolved
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("model", "names"), [(circuit(1e-5, 1e-5), ["l.i", "c.v"]), (shaft(1e-6, 1e-6), ["rotor.w"])])
 def test_small_variables_are_reported(model: Component, names: list[str]) -> None:
     """With a remedy that is one."""
@@ -60,6 +61,7 @@ def test_what_is_wrong_by_a_tenth_is_reported(seed: int) -> None:
             assert error > 1e-4 or name not in solution.unresolved
 
 
+@pytest.mark.thorough
 def test_under_jit_and_vmap() -> None:
     """No warning there, but a solution that tells."""
 

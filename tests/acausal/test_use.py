@@ -42,6 +42,7 @@ SAVES: dict[str, Any] = {"steps": "steps", "times": np.linspace(0.0, 0.1, 5), "d
 CASES = [(r, s) for r in READINGS for s in SAVES if r != "at" or s == "dense"]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("reading", "save"), CASES)
 def test_readings_are_differentiable(reading: str, save: str) -> None:
     """Eagerly in both modes, with the shape that the reading has outside."""
@@ -56,6 +57,7 @@ def test_readings_are_differentiable(reading: str, save: str) -> None:
         assert slope == pytest.approx(np.sum(-5.0 * np.exp(-t / tau) * t / tau**2) * 1e-3, rel=1e-5)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("reading", ["by name", "by attribute", "end"])
 def test_readings_of_a_batch(reading: str) -> None:
     read = lambda R: READINGS[reading](simulate(rc(R=R), 0.1, save=SAVES["times"]))  # noqa: E731
@@ -81,6 +83,7 @@ def bouncing() -> Bouncing:
     )
 
 
+@pytest.mark.thorough
 def test_logs_and_trajectories_through_events_are_differentiable() -> None:
     names: list[list[str]] = []
 
@@ -101,6 +104,7 @@ def test_logs_and_trajectories_through_events_are_differentiable() -> None:
     assert all(found == names[0] for found in names)
 
 
+@pytest.mark.thorough
 def test_log_of_a_batch_has_no_names() -> None:
     force = jnp.array([1.0, 2.0])
     log = jax.vmap(lambda f: simulate(replace(bouncing(), {"push.force": f}), 2.0).events)(force)
@@ -111,6 +115,7 @@ def test_log_of_a_batch_has_no_names() -> None:
         log.of_event("stop.impact")
 
 
+@pytest.mark.thorough
 def test_log_of_a_model_without_events() -> None:
     sol = simulate(rc(), 0.1)
     assert (len(sol.events), sol.events.names, sol.events.count) == (0, [], 0)
@@ -119,6 +124,7 @@ def test_log_of_a_model_without_events() -> None:
     assert batch.times.shape == (3, 0)
 
 
+@pytest.mark.thorough
 def test_functions_may_use_arrays_of_the_notebook() -> None:
     times, levels = np.linspace(0.0, 0.2, 6), np.linspace(0.0, 4.0, 6)
     until = lambda s: s.c.v - jnp.interp(s.c.v, levels, times) - 2.0  # noqa: E731
@@ -135,6 +141,7 @@ COPIES: dict[str, Callable[[Any], Any]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("again", COPIES)
 @pytest.mark.parametrize("save", ["steps", "dense"])
 @pytest.mark.parametrize("model", [rc(), bouncing()], ids=["smooth", "with events"])
@@ -153,6 +160,7 @@ def test_copies_of_solutions(model: Component, save: str, again: str) -> None:
     np.testing.assert_array_equal(jax.tree_util.tree_leaves(rerun.final), jax.tree_util.tree_leaves(once.final))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("algebraic", ["solve", "integrate"])
 def test_systems_are_built_again_from_what_is_stored(algebraic: Any) -> None:
     """As in another process, in which nothing is built yet."""
@@ -205,6 +213,7 @@ class Banks(Component):
         )
 
 
+@pytest.mark.thorough
 def test_one_port_joined_to_many() -> None:
     """i = sum of V / R exp(-t / (R C)) over all branches."""
     R = jnp.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]])
@@ -222,6 +231,7 @@ class Uneven(Component):
         return (connect(self.some[:].p, self.others[:].p),)
 
 
+@pytest.mark.thorough
 def test_arrays_of_different_length_cannot_be_joined() -> None:
     model = Uneven(some=repeat(Resistor(R=1.0), 2), others=repeat(Resistor(R=1.0), 3))
     with pytest.raises(ModelError, match=r"2 and 3 ports.*or a single one"):

@@ -83,6 +83,7 @@ def test_what_multiplies_differences_of_states_is_read_within_steps(model: type[
     np.testing.assert_allclose(dense.at(jnp.asarray(times)).q, flow(times), atol=share * TOP)
 
 
+@pytest.mark.thorough
 def test_derivatives_of_what_is_read_within_steps() -> None:
     """Derivatives of the time at which a flow changes its sign, and of its peak, in both modes."""
 
@@ -96,6 +97,7 @@ def test_derivatives_of_what_is_read_within_steps() -> None:
         np.testing.assert_allclose(np.asarray(mode(found)(R)) / exact, 1.0, atol=5e-3)
 
 
+@pytest.mark.thorough
 def test_an_end_at_what_multiplies_differences_of_states() -> None:
     run = simulate(Resistive(), 0.6, until=lambda s: s.q - 0.2, direction="up")
     phase = math.acos(0.2 / TOP)  # flow = TOP cos(W t + b), tan(b) = W R C

@@ -20,6 +20,7 @@ def saved(tmp_path_factory: pytest.TempPathFactory) -> dict:
     return json.loads((folder / "rows.json").read_text())
 
 
+@pytest.mark.thorough
 def test_rows_have_the_promised_fields(saved: dict) -> None:
     assert saved["rows"]
     for row in saved["rows"]:

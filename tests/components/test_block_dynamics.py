@@ -99,6 +99,7 @@ def test_state_space(step: Solution) -> None:
     np.testing.assert_allclose(step["state_space.y[1].value"], y[:, 1], atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_frequency_response() -> None:
     """The stationary oscillation has the gain and phase of the transfer function at s = i w."""
     f, times = 0.8, np.linspace(28.0, 30.0, 9)
@@ -115,6 +116,7 @@ def test_frequency_response() -> None:
         np.testing.assert_allclose(sol[f"{name}.y.value"], np.imag(gain * np.exp(s * times)), atol=1e-6)
 
 
+@pytest.mark.thorough
 def test_gradient_with_respect_to_coefficients() -> None:
     """Forward and reverse mode agree with the derivative of the closed form y = b / a0 (1 - exp(-a0 t / a1))."""
 
@@ -136,6 +138,7 @@ def test_gradient_with_respect_to_coefficients() -> None:
     np.testing.assert_allclose(eqx.filter_jit(jax.grad(at_one))(values), exact, rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_slew_rate_limiter() -> None:
     """Rises at its bound, then falls in with the step as a lag: u - y = rising Td exp(-(t - t') / Td)."""
 

@@ -80,6 +80,7 @@ def test_table_1d(smooth: bool, extrapolation: blocks.Extrapolation) -> None:
         np.testing.assert_allclose(output(table, u), np.interp(u, POINTS, VALUES), atol=1e-14)
 
 
+@pytest.mark.thorough
 def test_table_1d_is_differentiable_in_its_samples() -> None:
     """d y / d values is the interpolation of the unit samples for straight lines; finite differences for the cubic."""
 

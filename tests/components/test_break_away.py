@@ -55,6 +55,7 @@ def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 40000) -> NDArr
     return load
 
 
+@pytest.mark.thorough
 @pytest.mark.computing
 def test_break_away_under_a_swinging_torque() -> None:
     draw = np.random.default_rng(0)
@@ -93,6 +94,7 @@ def wire_held(source: Any, push: Any, mass: Any, friction: Any) -> Connections:
     return connect(source.y, push.u), connect(push.flange, mass.a), connect(mass.b, friction.flange)
 
 
+@pytest.mark.thorough
 def test_breaks_away_in_the_first_period() -> None:
     """For any step size after the time at rest, and any duration for which the force exceeds the break-away force."""
     n, draw = 64, np.random.default_rng(1)

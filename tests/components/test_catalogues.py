@@ -211,6 +211,7 @@ class Side(Component):
         return connect(self.supply.p, self.motors[:].p), connect(*ends)
 
 
+@pytest.mark.thorough
 def test_what_was_checked_is_said() -> None:
     """Nothing for a model without data sheets; each motor of an array."""
     model = Side(

@@ -114,6 +114,7 @@ def wire_signal(source: Any, resistor: Any, part: Any, signal: Any, ground: Any)
     return (*wire_series(source, resistor, part, ground), connect(signal.y, part.u))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("part", "charge"), [(electrical.VariableCapacitor(Q=3.0), "Q"), (electrical.VariableInductor(Psi=3.0), "Psi")]
 )
@@ -217,6 +218,7 @@ def wire_stator(source: Any, coil: Any, emf: Any, rotor: Any, stator: Any, groun
     )
 
 
+@pytest.mark.thorough
 def test_stator_takes_the_reaction() -> None:
     """Free in space, rotor and stator turn against each other: their angular momentum stays zero."""
     parts = (

@@ -110,6 +110,7 @@ BLOCKS = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("name", BLOCKS)
 def test_knots_much_closer_than_the_signal_is_large(name: str, rtol: float) -> None:
@@ -130,6 +131,7 @@ class Rectified(Component):
         return dict(x=eq(d.x, self.v, check_units=False), v=eq(d.v, -pull, check_units=False))
 
 
+@pytest.mark.thorough
 def test_a_signal_that_becomes_small_passes_its_knots() -> None:
     run = jax.jit(lambda rtol: simulate(Rectified(), 60.0, save="end", rtol=rtol).final.x)
     exact = run(1e-11)

@@ -88,6 +88,7 @@ def rounded(numbers: np.ndarray) -> np.ndarray:
     return solve_ivp(rates, (0.0, T1), np.zeros(3), method="LSODA", rtol=1e-8, atol=1e-9).y[:, -1]
 
 
+@pytest.mark.thorough
 def test_speeds_are_those_of_rounded_friction() -> None:
     cases = drawn(8)
     found = np.asarray(jax.jit(jax.vmap(speeds))(cases))

@@ -51,6 +51,7 @@ def wire_drop(ball: Any, gap: Any, floor: Any) -> Connections:
     return connect(gap.a, floor.flange), connect(gap.b, ball.a)
 
 
+@pytest.mark.thorough
 def test_rebound_of_an_elastic_ball() -> None:
     """Without damping it leaves with the speed it came with, after the half period of the spring; and its gradient.
 
@@ -93,6 +94,7 @@ def by_small_steps(cases: NDArray[Any], c: float, end: float, steps: int = 5000)
     return y
 
 
+@pytest.mark.thorough
 def test_masses_in_a_row() -> None:
     """They hit each other one after the other or at one instant; some touch at the start, and damping is heavy."""
     c, end = 1e4, 0.5

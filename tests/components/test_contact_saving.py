@@ -20,6 +20,7 @@ class Drop(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("d", [10.0, 5e4])
 def test_runs_that_save_differently_take_the_same_steps(d: float) -> None:
     gap = ElastoGap(c=1e8, d=d, s_rel0=-1e-3)

@@ -66,6 +66,7 @@ def second_order(times: np.ndarray, k: float, Ti: float) -> np.ndarray:
     return 1.0 - np.exp(-sigma * times) * (np.cos(w * times) + (sigma - Ti / a) / w * np.sin(w * times))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("limited", [True, False])
 def test_pi_on_a_plant_of_first_order(limited: bool) -> None:
     """Both controllers give the step response in closed form, as long as no limit is reached."""
@@ -76,6 +77,7 @@ def test_pi_on_a_plant_of_first_order(limited: bool) -> None:
     np.testing.assert_allclose(solution["plant.y.value"], second_order(TIMES, k, Ti), atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_limited_pid_within_its_limits_is_the_plain_one() -> None:
     """With the set point weighted as the measured value."""
     gains: dict[str, Any] = {"k": 0.6, "Ti": 0.3, "Td": 0.05, "Nd": 8.0}
@@ -119,6 +121,7 @@ def test_integral_part_while_limited_follows_the_closed_form() -> None:
     np.testing.assert_allclose(solution["control.x"], exact, atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_gradient_through_the_limits() -> None:
     """Forward and reverse mode agree with finite differences."""
 

@@ -60,6 +60,7 @@ def drive(motor: Any, train: Any, load: Any) -> Connections:
     return connect(motor.flange, train.a), connect(train.b, load.flange)
 
 
+@pytest.mark.thorough
 def test_a_train_of_two_stages_multiplies_ratios_and_efficiencies() -> None:
     losses = [EqualMeshLoss(efficiency=eta, transition_power=1e-3) for eta in (0.97, 0.98)]
     stages = [PlanetaryGearbox(ratio=1.0 + i, loss=loss) for i, loss in zip((3.3, 2.9), losses, strict=True)]
@@ -70,6 +71,7 @@ def test_a_train_of_two_stages_multiplies_ratios_and_efficiencies() -> None:
     check_law(train, given, expected, rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_play_of_a_train_is_passed_before_it_drives() -> None:
     """From rest at one side of the backlash of 2 mrad, the load follows with the stiffness of the last stage only."""
     teeth = rotational.ElastoBacklash(c=1e3, d=0.0, play=2e-3)
@@ -105,6 +107,7 @@ def press(weight: Any, screw: Any, wheel: Any, motor: Any) -> Connections:
     return connect(weight.flange, screw.rod), connect(screw.shaft, wheel.a), connect(wheel.b, motor.flange)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("torque", "turns"), [(0.0, 0), (8.0, 0), (9.0, 1), (-2.0, 0), (-2.6, -1)])
 def test_a_screw_that_locks_itself(torque: float, turns: int) -> None:
     """d2 = 18 mm, lead 4 mm, 30 deg thread, mu = 0.12, under 5 kN: 8.8504 N.m raise it, 2.3855 N.m lower it."""
@@ -200,6 +203,7 @@ def _second(motion: Motion) -> Any:
     return jax.jit(jax.vmap(jax.grad(jax.grad(motion.share))))
 
 
+@pytest.mark.thorough
 def test_a_spline_without_a_choice_is_the_polynomial_and_controls_shape_it() -> None:
     """Inserting knots into 3-4-5 by blossoming gives controls for which both are one curve."""
     u = jnp.linspace(0.0, 1.0, 101)
@@ -212,6 +216,7 @@ def test_a_spline_without_a_choice_is_the_polynomial_and_controls_shape_it() -> 
     assert np.all(np.diff(jax.vmap(shaped.share)(u)) >= 0.0)
 
 
+@pytest.mark.thorough
 def test_roller_follower_of_a_cycloidal_cam() -> None:
     """The closed forms of Norton for a follower in line, and by three points of the pitch curve for an offset one."""
     profile = cam(Cycloidal())
@@ -241,6 +246,7 @@ def _by_three_points(profile: Any, angle: float, o: float) -> float:
     return a * b * c / (4.0 * area)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("motion", "base"),
     [(Polynomial345(), 7.701181261231067e-3), (ModifiedSine(), 6.432538741067253e-3)],
@@ -277,6 +283,7 @@ def _surface(follower: Any, profile: Any, rise: Any) -> Any:
     return forward, contact, follower.least_radius(profile, 0.0, rise)
 
 
+@pytest.mark.thorough
 @settings(deadline=None, max_examples=60, derandomize=True, database=None)
 @given(follower=FOLLOWERS, height=st.floats(1e-3, 30e-3), rise=st.floats(0.4, 2.0))
 def test_undercut_is_where_the_surface_turns_back(follower: Any, height: float, rise: float) -> None:
@@ -291,6 +298,7 @@ def test_undercut_is_where_the_surface_turns_back(follower: Any, height: float, 
     np.testing.assert_array_equal(np.isnan(contact.hertz_pressure), bears & (np.asarray(contact.radius) < 0.0))
 
 
+@pytest.mark.thorough
 def test_round_cams_under_a_flat_face_and_a_roller() -> None:
     """An eccentric disc is round: its radius is everywhere that of the disc, R_b + e."""
     e, disc, roller, force = 4e-3, 20e-3, 6e-3, 300.0
@@ -316,6 +324,7 @@ def test_no_pressure_without_contact() -> None:
     assert float(found[2]) > 0.0
 
 
+@pytest.mark.thorough
 def test_a_hollow_stretch_has_no_least_radius() -> None:
     """Early on the rise of a high lift, the cam is concave under a roller."""
     profile = RiseDwellReturn(motion=Cycloidal(), height=40e-3, rise=0.8, dwell=0.5, fall=0.8)
@@ -378,6 +387,7 @@ def test_diaphragm_spring_of_a_clutch() -> None:
         translational.DiaphragmClutch(spring=DIAPHRAGM, engaged=1e-3, wear=1.2e-3)
 
 
+@pytest.mark.thorough
 def test_a_spring_of_two_rates() -> None:
     spring = translational.DualRateSpring(c_1=1e3, c_2=4e3, knee=0.01, s_rel0=0.1)
     check_law(spring, {"s_rel": [0.11, 0.095, 0.08]}, {"f": [10.0, -5.0, -50.0]})

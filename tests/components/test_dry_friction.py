@@ -63,6 +63,7 @@ def test_a_batch_whose_members_stick_at_other_times_or_never() -> None:
     np.testing.assert_allclose(found[0], 3.0 * t + 0.25 * t**2, atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_a_held_mass_stays() -> None:
     np.testing.assert_allclose(path(4.0, 0.0, 5.9), 0.0, atol=1e-8)
 
@@ -88,6 +89,7 @@ def stick_slip_times(Fc: Scalar, peak: Scalar, cycles: int) -> tuple[Array, Arra
     return breaks, breaks + slip
 
 
+@pytest.mark.thorough
 def test_stick_slip_on_a_belt() -> None:
     """Closed form of the times of break-away and sticking, and their derivatives with respect to both levels."""
 
@@ -122,6 +124,7 @@ def wire_freewheel(source: Any, torque: Any, driver: Any, clutch: Any, driven: A
     )
 
 
+@pytest.mark.thorough
 def test_freewheel_drives_and_overruns() -> None:
     """Both are driven by 6 N.m for 1 s; then the driver is braked, and the driven side overruns."""
     parts = (
@@ -259,6 +262,7 @@ def test_bad_parameters(build: Callable[[], Component], message: str) -> None:
         build()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("rtol", "most"), [(1e-6, 1e-4), (1e-8, 1e-6)])
 def test_a_mass_comes_to_rest_below_a_peak(rtol: float, most: float) -> None:
     """The step that ends at rest has stages beyond it, where the law continues smoothly."""

@@ -80,6 +80,7 @@ def test_weak_magnets_and_much_reluctance(share: float, speed: float) -> None:
 _currents = jax.jit(jax.vmap(lambda m, T, w, v, i: m.currents(T, w, v, i), (None, 0, None, None, None)))
 
 
+@pytest.mark.thorough
 @settings(deadline=None, max_examples=150, derandomize=True, database=None)
 @given(
     w=st.floats(-4000.0, 4000.0),
@@ -115,6 +116,7 @@ def test_limits_are_kept_wherever_they_can_be(
         assert np.ptp(size) <= 1e-6 * np.max(size) or np.all(size <= i_max * (1.0 + 1e-6))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("wanted", [3.0, -3.0])
 def test_what_is_within_the_limits_is_given(wanted: float) -> None:
     for w in (0.0, 900.0, 1500.0, -1500.0):
@@ -132,6 +134,7 @@ def test_a_machine_that_lives_on_its_reluctance_or_on_its_magnets(psi: float) ->
     np.testing.assert_allclose(np.array(found), np.array(wanted), rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_the_best_currents_are_differentiable_in_data_and_limits() -> None:
     def numbers(x: Any) -> Any:
         p, psi, Ld, Lq, Rs, T, w, v, i = x
@@ -162,6 +165,7 @@ def held_machine(source: Any, inverter: Any, motor: Any, wall: Any, zero: Any, f
     )
 
 
+@pytest.mark.thorough
 def test_stall_at_the_voltage_limit() -> None:
     """i_q = V/(sqrt(3) Rs) (1 - exp(-Rs t/Lq)); in the end the power of the supply is 3/2 Rs i_q^2."""
     machine = DqMachine(p=4, psi=0.012, Ld=60e-6, Lq=80e-6, Rs=0.05)
@@ -205,6 +209,7 @@ def under_current_control(
     )
 
 
+@pytest.mark.thorough
 def test_current_control_of_a_held_machine() -> None:
     """With k = Lq w_c/V and Ti = Lq/Rs the zero of the controller cancels the winding: i_q = i (1 - exp(-w_c t))."""
     machine, bandwidth, voltage = DqMachine(p=4, psi=0.012, Ld=60e-6, Lq=80e-6, Rs=0.05), 1e3, 48.0
@@ -238,6 +243,7 @@ def driven(battery: Any, cable: Any, drive: Any, demand: Any, load: Any, ground:
     )
 
 
+@pytest.mark.thorough
 def test_a_drive_on_a_battery_runs_up_through_its_limits() -> None:
     machine = DqMachine(p=4, psi=0.012, Ld=60e-6, Lq=60e-6, Rs=0.01)
     parts = (
@@ -262,6 +268,7 @@ def discharged(battery: Any, load: Any, switch: Any, ground: Any) -> Connections
     return connect(battery.p, load.p), connect(battery.n, load.n, ground.p), connect(switch.y, load.u)
 
 
+@pytest.mark.thorough
 def test_a_battery_relaxes_after_a_pulse() -> None:
     I, off, Q = 80.0, 300.0, 36000.0  # noqa: E741
     pairs = ((0.8e-3, 2500.0), (1.5e-3, 40000.0))
@@ -289,6 +296,7 @@ def heated(source: Any, motor: Any, wall: Any, room: Any, ground: Any) -> Connec
     )
 
 
+@pytest.mark.thorough
 def test_a_held_motor_warms_as_the_linear_equations_say() -> None:
     I, R, alpha, Cw, Ch, Gwh, Gha, Ta = 12.0, 0.35, 3.93e-3, 45.0, 220.0, 1.2, 0.9, 298.15  # noqa: E741
     motor = electrical.BrushedMotor(
@@ -350,6 +358,7 @@ def counted(turning: Any, encoder: Any) -> Connections:
     return (connect(turning.flange, encoder.flange),)
 
 
+@pytest.mark.thorough
 def test_an_encoder_counts() -> None:
     """At 1 rad/s and a step of 2 pi/100 = 62.8 ms: readings after each 100 ms see one or two counts more."""
     parts = (rotational.ConstantSpeed(speed=1.0), rotational.Encoder(counts=100.0, period=0.1))
@@ -367,6 +376,7 @@ def test_a_cable_has_the_resistance_of_both_conductors() -> None:
         electrical.Cable(length=5.0, area=1e-6, temperature=20.0)
 
 
+@pytest.mark.thorough
 def test_a_battery_refuses_pairs_that_do_not_match() -> None:
     with pytest.raises(ParameterError, match="C must have one number for each of R"):
         electrical.Battery(Q=1.0, charges=[0.0, 1.0], voltages=[3.0, 4.0], R0=0.1, R=[0.1, 0.2], C=[1.0])

@@ -2,6 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Connections, connect, simulate
 from components.blocks import Sine, Step
@@ -38,6 +39,7 @@ class MotorRig(Component):
         )
 
 
+@pytest.mark.thorough
 def test_motor_step_and_load() -> None:
     """The DC motor of ModelingToolkitStandardLibrary's tests; transients by the exponential of its 2 x 2 matrix."""
     R, L, k, J, C, V, T = 0.5, 4.5e-3, 0.5, 0.02, 0.01, 10.0, 3.0
@@ -90,6 +92,7 @@ class SensedCircuit(Component):
         )
 
 
+@pytest.mark.thorough
 def test_series_resonance_and_sensors() -> None:
     """The stationary oscillation by complex impedance, after 40 time constants."""
     R, L, C, f = 2.0, 0.1, 0.02, 1.3

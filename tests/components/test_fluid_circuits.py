@@ -57,6 +57,7 @@ GAS: dict[str, Any] = dict(
 )
 
 
+@pytest.mark.thorough
 def test_adiabatic_discharge() -> None:
     """The gas volume over time, quadrature of the law; then the accumulator is empty and shuts, and nothing flows."""
     # Compressed at constant temperature, it expands adiabatically: as if it had been precharged to less.
@@ -73,6 +74,7 @@ def test_adiabatic_discharge() -> None:
     assert abs(float(sol.energy.imbalance)) < 1e-6 * 1.5e7 * 3e-4
 
 
+@pytest.mark.thorough
 def test_discharge_with_heat() -> None:
     rig = Discharge(accumulator=ThermalAccumulator(tau=4.0, **GAS), orifice=ORIFICE)
     times = np.array([0.313, 0.939, 1.878])
@@ -98,6 +100,7 @@ class Charge(Component):
         )
 
 
+@pytest.mark.thorough
 def test_accumulator_opens_at_its_precharge_and_is_full_at_its_end() -> None:
     rig = Charge(
         flow=ConstantFlow(flow=1e-4),
@@ -124,6 +127,7 @@ class Draining(Component):
         return (connect(self.tank.port, self.hole.a), connect(self.hole.b, self.floor.port))
 
 
+@pytest.mark.thorough
 def test_torricelli() -> None:
     """h = h_0 (1 - t/t_e)^2, and no tank is emptied beyond its bottom."""
     rig = Draining(
@@ -209,6 +213,7 @@ def servo() -> Servo:
     )  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_valve_driven_cylinder() -> None:
     """Two spool positions, against DOP853 and Radau at 1e-12: to 1e-5 of each range."""
     times = np.array([0.005, 0.02, 0.1, 0.305, 0.5])
@@ -222,6 +227,7 @@ def test_valve_driven_cylinder() -> None:
         np.testing.assert_allclose(sol[name], wanted, atol=1e-5 * size)
 
 
+@pytest.mark.thorough
 def test_gradients_of_the_servo() -> None:
     """Gradients of the position of the mass, in both modes and by differences."""
     names, base = ("cylinder.bore", "valve.rated_flow", "mass.m"), jnp.array([0.04, 5e-4, 80.0])
@@ -262,6 +268,7 @@ class Supplied(Component):
         )
 
 
+@pytest.mark.thorough
 def test_pressure_compensation() -> None:
     """A load that opens from 2 to 5 mm2 and shuts again: pressure and displacement against DOP853 and Radau."""
     mu = 860.0 * 1e-9
@@ -316,6 +323,7 @@ def dead_head(*, suction: float, leakage: float, cracking: float = 1e9) -> DeadH
     )
 
 
+@pytest.mark.thorough
 def test_dead_headed_pump() -> None:
     """p rises to D w/leakage with V/(K leakage); the torque to D p."""
     times = np.array([0.02, 0.1190476190476, 0.5])
@@ -325,6 +333,7 @@ def test_dead_headed_pump() -> None:
     np.testing.assert_allclose(sol["pump.shaft.tau"], 1.2e-6 * wanted, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_pump_behind_a_choked_inlet_cavitates() -> None:
     """The inlet passes 1 bar/resistance at most: that is what the pump delivers, with its inlet near a vacuum."""
     end = simulate(_filled(dead_head(suction=2e9, leakage=0.0, cracking=1e7)), 1.0, save="end").final
@@ -338,6 +347,7 @@ def _filled(rig: DeadHead) -> DeadHead:
     return fill(rig, iso_vg_46())
 
 
+@pytest.mark.thorough
 def test_a_blocked_outlet_without_relief() -> None:
     """An ideal pump against a shut volume: the pressure rises as the liquid is compressed, and nothing is lost."""
     end = simulate(_filled(dead_head(suction=0.0, leakage=0.0)), 0.1, save="end", energy=True)
@@ -378,6 +388,7 @@ class Drive(Component):
         )
 
 
+@pytest.mark.thorough
 def test_a_valve_slammed_at_full_flow_and_a_stroke_to_the_end() -> None:
     """The mass runs on and tears the oil, then swings on what is shut in; at the end of the stroke the pump relieves.
 

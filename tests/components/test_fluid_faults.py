@@ -39,6 +39,7 @@ class Blocked(Component):
         return (connect(self.flow.port, self.valve.a, *chambers), connect(self.valve.b, self.tank.port))
 
 
+@pytest.mark.thorough
 def test_flow_into_a_node_without_volume() -> None:
     """The error names the node and the missing volume; with it, the circuit settles at cracking + flow/conductance."""
     flow, valve = ConstantFlow(flow=1e-5), IdealCheckValve(conductance=1e-9)
@@ -59,6 +60,7 @@ class Relieved(Component):
         return (connect(self.flow.port, self.relief.a), connect(self.relief.b, self.tank.port))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("flow", [1e-6, 1e-2])
 def test_flow_that_a_relief_valve_has_to_let_pass(flow: float) -> None:
     """From a start with a closed valve, the pressure that opens it is found: cracking + flow/conductance, apart from
@@ -82,6 +84,7 @@ class Drained(Component):
         return (connect(self.flow.port, self.chamber.port),)
 
 
+@pytest.mark.thorough
 def test_a_chamber_that_is_drawn_empty() -> None:
     """It is empty after 1e-4 m3/1e-6 m3/s, within a step."""
     rig = Drained(flow=ConstantFlow(flow=-1e-6), chamber=Chamber(volume=1e-4, liquid=iso_vg_46()))
@@ -112,6 +115,7 @@ class Sucking(Component):
         )
 
 
+@pytest.mark.thorough
 def test_a_pump_that_runs_dry() -> None:
     """The delivery decays as exp(-D w t/V) while the pressure stays near the vapour pressure."""
     oil = iso_vg_46()

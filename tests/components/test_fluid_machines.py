@@ -158,6 +158,7 @@ def _driven(drive: Part, pump: Part, tank: Part, high: Part, signal: Part) -> Co
     )
 
 
+@pytest.mark.thorough
 def test_a_map_that_does_not_cover_the_run() -> None:
     parts = (ConstantSpeed(speed=150.0), mapped(), Tank(), SignalPressure(), Sine(amplitude=2.5e7, frequency=1.0))
     with pytest.raises(SimulationError, match=r"parts\[1\].*beyond the loss map: extend the map"):
@@ -166,6 +167,7 @@ def test_a_map_that_does_not_cover_the_run() -> None:
         MappedLosses(speeds=SPEEDS, pressures=PRESSURES[:2], slips=np.ones((3, 3)), drags=np.ones((3, 2)))
 
 
+@pytest.mark.thorough
 def test_servo_pump_at_rest() -> None:
     """At rest its displacement is the signal's share, limited."""
     pump = ServoPump(swash=PilotStage(w=60.0, D=0.8, rate=12.0), pump=VariablePump(**IDEAL))
@@ -185,6 +187,7 @@ def _sprung(high: Part, signal: Part, accumulator: Part) -> Connections:
     return connect(signal.y, high.u), connect(high.port, accumulator.port)
 
 
+@pytest.mark.thorough
 def test_spring_accumulator_between_its_ends() -> None:
     """Under a pressure that swings to both sides it opens at the preload, fills, shuts when full, and empties again.
 

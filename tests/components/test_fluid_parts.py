@@ -227,6 +227,7 @@ def test_pump_losses(losses: PumpLosses, wanted: tuple[list[float], list[float]]
         check_law(pump, given, {"q": q, "shaft.tau": tau}, rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_a_pump_that_sucks_vapour() -> None:
     """As the pressure at its inlet falls to that of the vapour, delivery and torque fade together."""
     oil = iso_vg_46()

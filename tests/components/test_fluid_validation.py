@@ -60,6 +60,7 @@ def _moved(
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("u", "s", "speed"), [(1.0, 0.02, 0.593569792689), (-1.0, 0.28, -0.4218782689526)])
 def test_speed_of_a_cylinder_behind_an_open_valve(u: float, s: float, speed: float) -> None:
     """K sqrt((p_s A_a - p_t A_b - F)/(A_a^3 + A_b^3)) out, and with the areas changed over in, against 3 kN."""
@@ -80,6 +81,7 @@ def _regenerative(flow: Part, cylinder: Part, mass: Part) -> Connections:
     return connect(flow.port, cylinder.a, cylinder.b), connect(cylinder.flange, mass.a)
 
 
+@pytest.mark.thorough
 def test_regenerative_circuit() -> None:
     """Both chambers on the pump's line: the rod's area alone is filled, v = Q/(A_a - A_b), and the rest goes round."""
     parts = (ConstantFlow(flow=3e-4), cylinder(leakage=1e-11), Mass(m=5.0, v=0.6111549814729, a=Flange(s=0.02)))
@@ -92,6 +94,7 @@ def _filled(supply: Part, way: Part, volume: Part) -> Connections:
     return connect(supply.port, way.a), connect(way.b, volume.port)
 
 
+@pytest.mark.thorough
 def test_filling_a_volume() -> None:
     """Through a laminar resistance with tau = V/(K G); through a sharp edge along a parabola, in a finite time."""
     laminar = ([0.07142857142857, 0.3571428571429, 1.428571428571], [1894565.544528, 6357993.532403, 9818675.175002])

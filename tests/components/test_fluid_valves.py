@@ -91,6 +91,7 @@ def test_purge_valve_opens_the_lower_side() -> None:
     check_law(valve, given, {"a.q": on_a * lower, "b.q": (1.0 - on_a) * lower, "c.q": -lower}, rtol=1e-8)
 
 
+@pytest.mark.thorough
 def test_deceleration_valve() -> None:
     """Half-way along the cam half of the flow, at its end the leakage, and the spring's force on the roller."""
     valve = DecelerationValve(start=0.2, length=0.05, rate=4e3, leakage=0.01, transition_pressure=1e-2, **RATED)
@@ -130,6 +131,7 @@ def test_flow_force_on_a_spool() -> None:
         check_law(EDGE, {"rod.s": position, "dp": dp}, {"q": q, "rod.f": force}, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_spool_with_four_edges() -> None:
     """The two open edges add their forces against the travel; with the same drops as a 4/3 valve, the same flows."""
     spool, s = FourWaySpool.of(EDGE), 5e-4
@@ -148,6 +150,7 @@ def _signal(signal: Part, block: Part) -> Connections:
     return (connect(signal.y, block.u),)
 
 
+@pytest.mark.thorough
 def test_proportional_valve_follows_its_second_order_lag() -> None:
     """1 - exp(-D w t)(cos + D/sqrt(1 - D^2) sin) of the rated flow."""
     valve = ProportionalValve(spool=SecondOrder(w=300.0, D=0.6), valve=FourWayValve(**RATED))
@@ -160,6 +163,7 @@ def test_proportional_valve_follows_its_second_order_lag() -> None:
     np.testing.assert_allclose(sol["parts[1].x"], 0.4 * (1.0 - np.exp(-180.0 * times) * swing), rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_pilot_stage_is_second_order_for_small_signals_and_of_limited_speed_for_large_ones() -> None:
     """A step of 1 per cent against the closed form; one of 1 moves with the rate between a start and an end."""
     stage, times = PilotStage(w=300.0, D=0.8, rate=50.0), np.array([0.003, 0.006, 0.012, 0.018])
@@ -177,6 +181,7 @@ def test_pilot_stage_is_second_order_for_small_signals_and_of_limited_speed_for_
     assert float(large.final.parts[1].x) == pytest.approx(1.0, abs=1e-4)
 
 
+@pytest.mark.thorough
 def test_hysteresis_of_a_servo_valve() -> None:
     """The way up and the way down are the width apart; small changes inside the loop do nothing."""
     times = jnp.array([0.1, 0.125, 0.375, 0.4, 0.6, 0.9])

@@ -46,6 +46,7 @@ def bouncing(v: Scalar, force: Scalar, e: Scalar) -> Rig:
     return Rig(parts=(translational.ConstantForce(force=0.0), body), wiring=wire_pushed)
 
 
+@pytest.mark.thorough
 def test_random_trains_of_impacts_with_friction() -> None:
     """Impacts with restitution and dry friction in between, until it sticks; nothing of the energy is lost."""
     rng = np.random.default_rng(4)
@@ -78,6 +79,7 @@ def wire_slide(source: Any, force: Any, mass: Any, friction: Any) -> Connections
     return connect(source.y, force.u), connect(force.flange, mass.a), connect(mass.b, friction.flange)
 
 
+@pytest.mark.thorough
 def test_what_was_held_one_way_breaks_away_the_other_way() -> None:
     """A force from -50 to 100 N breaks away at 60 N, after 11/15 s, and then pulls against C v alone."""
     friction = translational.TustinFriction(F_prop=200.0, F_Coulomb=60.0, F_Stribeck=0.0, fexp=0.0)
@@ -115,6 +117,7 @@ def wire_pressed(ramp: Any, push: Any, mass: Any, friction: Any, stop: Any) -> C
     return connect(ramp.y, push.u), connect(push.flange, mass.a, friction.flange, stop.flange)
 
 
+@pytest.mark.thorough
 def test_what_rests_at_a_stop_breaks_away_with_its_static_friction() -> None:
     """Pressed on by 1 N until t = 1; at 1 - 1.5 (t - 1) = -peak Fc it leaves, whatever rounding left at the stop."""
     rng, n = np.random.default_rng(0), 12
@@ -186,6 +189,7 @@ def wire_brought_to_rest(mass: Any, friction: Any, rotor: Any, seal: Any) -> Con
     return connect(mass.b, friction.flange), connect(rotor.b, seal.flange)
 
 
+@pytest.mark.thorough
 def test_friction_of_ones_own() -> None:
     """m dv/dt = -F0 - k v^2 stops after m / sqrt(F0 k) arctan(v0 sqrt(k / F0)); a constant torque after J w0 / tau0."""
     parts: tuple[Component, ...] = (
@@ -201,6 +205,7 @@ def test_friction_of_ones_own() -> None:
     np.testing.assert_allclose(solution.energy.dissipated["parts[3]"], 1.0, atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_units_of_friction_of_ones_own_are_checked() -> None:
     with pytest.raises(UnitError, match="friction"):
         simulate(Rig(parts=(rotational.Inertia(J=0.5), Wrong(tau0=1.0)), wiring=wire_shaft), 1.0)

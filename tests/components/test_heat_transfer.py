@@ -44,6 +44,7 @@ def wire_heat(body: Any, transfer: Any, room: Any, temperature: Any, coefficient
     )
 
 
+@pytest.mark.thorough
 def test_convection_to_a_room_that_warms_up() -> None:
     """C dT/dt = -G (T - T_room) with T_room = 280 + 2 t: the difference tends to -2 C / G."""
     parts = (

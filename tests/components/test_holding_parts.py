@@ -44,6 +44,7 @@ class Held(Component):
         )
 
 
+@pytest.mark.thorough
 def test_tandem_cylinder_adds_forces_and_stiffness() -> None:
     """The force of four areas; with its ports shut it swings at sqrt((c + sum of K A^2/V)/m), at any stroke."""
     tandem, full, ring = TandemCylinder(rear=REAR, front=FRONT), np.pi * 4e-4, np.pi * (4e-4 - 0.25 * 0.025**2)
@@ -98,6 +99,7 @@ def held_by(valve: HoldingValve, voltage: float, pressure: float, slope: float) 
     return Rig(parts=parts, wiring=coiled)
 
 
+@pytest.mark.thorough
 def test_holding_valve_of_the_catalogue() -> None:
     """From the rating, 12 V, 1.62 A, 350 bar: it pulls 1.2 times what it must; seats, lets go by closed forms."""
     valve = catalogues.holding_valve("CEBP 040 NAFN", **UNSTATED)
@@ -156,6 +158,7 @@ def controlled(height: Any, i_max: float = 100.0) -> Rig:
     return Rig(parts=parts, wiring=driven)
 
 
+@pytest.mark.thorough
 def test_current_control() -> None:
     """Within its voltage i = I (1 - exp(-w t)); beyond, as another program integrates the limited loop; no windup."""
     times = jnp.linspace(2e-3, 12e-3, 6)

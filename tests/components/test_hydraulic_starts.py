@@ -50,6 +50,7 @@ def are_found(seed: int) -> list[bool]:
     return are_good
 
 
+@pytest.mark.thorough
 def test_random_circuits_start_from_rest() -> None:
     assert all(is_good for seed in range(5) for is_good in are_found(seed))
 
@@ -76,6 +77,7 @@ class Blocked(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("cracking", [1e6, 2e7, 7e8])
 def test_a_flow_against_a_relief_valve_and_a_shut_valve(cracking: float) -> None:
     """Beyond its rounded corner, q = conductance (dp - cracking + leakage dp)."""

@@ -97,6 +97,7 @@ class Helmholtz(Component):
         return (connect(self.line.b, self.slave.port), connect(self.slave.rod, self.piston.a))
 
 
+@pytest.mark.thorough
 def test_helmholtz_frequency() -> None:
     """omega = A sqrt(beta/(V m)), which is 3741.66 rad/s here; the piston stops after a quarter period."""
     A, V, m = 1e-3, 1e-4, 1.0
@@ -157,6 +158,7 @@ class Discharge(Component):
         )
 
 
+@pytest.mark.thorough
 def test_discharge() -> None:
     """Through an orifice sqrt(p) falls linearly in time, through a capillary p falls exponentially."""
     V, p0, density, area, cd = 1e-4, 1e7, 850.0, 1e-7, 0.61
@@ -218,6 +220,7 @@ def circuit(*, speed: float, opening: float) -> Circuit:
     )
 
 
+@pytest.mark.thorough
 def test_pump_relief_and_check_valve() -> None:
     """D w = leakage p + p/R + G (p - p_c + 1e-6 p); the shaft takes D p + friction w; nothing passes shut or checked
     valves.

@@ -25,6 +25,7 @@ print(json.dumps([name for name in sys.modules if name.startswith("components.el
 """
 
 
+@pytest.mark.thorough
 def test_a_component_brings_only_what_it_needs() -> None:
     done = subprocess.run([sys.executable, "-c", PROGRAM], check=True, capture_output=True, text=True)
     names = {name.rpartition(".")[2] for name in json.loads(done.stdout)}

@@ -178,6 +178,7 @@ class Filling(Component):
         return (connect(self.flow.port, self.chamber.port),)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("flow", [1e-5, -4e-5], ids=["charged", "drained"])
 def test_chamber_conserves_mass(flow: float) -> None:
     """V r(p) = V + Q t: to 150 bar when charged; when drained by 40 %, bubbles are left near the vapour's pressure."""
@@ -196,6 +197,7 @@ def test_linear_liquid_is_the_textbooks() -> None:
     assert float(simulate(rig, 0.1, save="end").final.chamber.p) == pytest.approx(1.4e9 * 1e-2, rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_one_liquid_for_a_circuit() -> None:
     """`fill` reaches all components and arrays; the gradient is the sum of theirs, in both modes and by differences."""
     rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
@@ -223,6 +225,7 @@ def test_nothing_to_fill() -> None:
         fill(Tank(), dot_4())
 
 
+@pytest.mark.thorough
 def test_each_liquid_names_its_own_source() -> None:
     """In the model and in results, whichever liquid was compiled first."""
     assert len({str(liquid().source) for liquid in (water, iso_vg_46, dot_4)}) == 3
@@ -256,6 +259,7 @@ def test_unphysical_liquids_are_refused(change: dict[str, Any], text: str) -> No
         Liquid(**(good | change))
 
 
+@pytest.mark.thorough
 def test_unphysical_liquids_are_refused_under_jit() -> None:
     rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=iso_vg_32()))
 

@@ -125,6 +125,7 @@ def by_small_steps(cases: tuple[NDArray[Any], ...], steps: int = 20000) -> tuple
     return w, lost
 
 
+@pytest.mark.thorough
 def test_load_reverses_under_a_swinging_torque() -> None:
     cases = draw()
 
@@ -141,6 +142,7 @@ def test_load_reverses_under_a_swinging_torque() -> None:
     assert np.all(lost >= 0.0)
 
 
+@pytest.mark.thorough
 def test_gradients_through_reversals() -> None:
     """Both modes, along random directions, against differences."""
     cases = jnp.stack([jnp.asarray(values) for values in draw()], axis=1)

@@ -179,6 +179,7 @@ class Oscillator(Component):
         return (connect(self.wall.flange, self.spring.a), connect(self.spring.b, self.mass.a))
 
 
+@pytest.mark.thorough
 def test_damped_oscillator() -> None:
     m, c, d, s0, v0 = 1.5, 40.0, 1.2, 0.3, 0.8
     rig = Oscillator(
@@ -204,6 +205,7 @@ class TorsionalOscillator(Component):
         return (connect(self.left.b, self.spring.a), connect(self.spring.b, self.right.a))
 
 
+@pytest.mark.thorough
 def test_torsional_frequency() -> None:
     """omega^2 = c (1/J1 + 1/J2); started with a relative speed, that speed vanishes after a quarter period."""
     rig = TorsionalOscillator(left=Inertia(J=0.2, w=1.0), spring=rotational.Spring(c=30.0), right=Inertia(J=0.5))
@@ -231,6 +233,7 @@ class Preloaded(Component):
         return (connect(self.drive.flange, self.friction.flange, self.spring.flange),)
 
 
+@pytest.mark.thorough
 def test_tabulated_spring_balances_a_force_at_its_sample() -> None:
     rig = Preloaded(
         spring=translational.TabulatedSpring(

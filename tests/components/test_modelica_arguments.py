@@ -111,6 +111,7 @@ def test_what_has_one_name_in_both_domains_has_one_law() -> None:
         assert names[0] == names[1], name
 
 
+@pytest.mark.thorough
 def test_friction_twins_give_the_same_numbers() -> None:
     speeds = np.array([-2.0, -0.01, 0.3, 1.5])
     for name, extra in (("SmoothStribeckFriction", {"0": 0.1}), ("StribeckFriction", {})):
@@ -135,6 +136,7 @@ def ring(supply: Any, inductor: Any, capacitor: Any, resistor: Any, helper: Any,
     )
 
 
+@pytest.mark.thorough
 def test_a_negative_resistor_undoes_the_damping_of_a_circuit() -> None:
     """The circuit oscillates as without resistance, and the energy account shows the supply."""
     parts = (
@@ -163,6 +165,7 @@ def hang(body: Any, spring: Any, wall: Any) -> Connections:
     return connect(wall.flange, spring.a), connect(spring.b, body.a)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("body", "spring", "wall", "place"),
     [

@@ -102,6 +102,7 @@ def characteristics(friction: PipeFriction, flow: tuple[float, float], n: int = 
     return times, np.array(found)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("friction", "flow"), [(LaminarFriction(), LAMINAR), (ChurchillFriction(), TURBULENT)], ids=["laminar", "turbulent"]
 )
@@ -139,6 +140,7 @@ PUBLISHED = (
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("friction", "flow", "memory", "wanted"), PUBLISHED, ids=["none", "laminar", "zielke", "blasius"]
 )
@@ -165,6 +167,7 @@ def test_natural_frequencies() -> None:
     np.testing.assert_allclose(decays, -decay, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_steady_laminar_flow() -> None:
     """The law of Hagen and Poiseuille."""
     rig = hammer(8, ChurchillFriction(), LAMINAR)
@@ -192,6 +195,7 @@ def test_friction_factors() -> None:
         assert factor(rough, re) == pytest.approx(wanted, rel=0.03)
 
 
+@pytest.mark.thorough
 def test_a_program_does_not_grow_with_the_segments() -> None:
     """Below some ten states, matrices are inverted in another way."""
 
@@ -202,6 +206,7 @@ def test_a_program_does_not_grow_with_the_segments() -> None:
     assert equations(200) == equations(100)
 
 
+@pytest.mark.thorough
 def test_a_gradient_does_not_grow_with_the_segments() -> None:
     """The program of all derivatives along parameters; below some ten states, matrices are inverted in another way."""
 
@@ -214,6 +219,7 @@ def test_a_gradient_does_not_grow_with_the_segments() -> None:
     assert equations(200) == equations(100)
 
 
+@pytest.mark.thorough
 def test_column_separation() -> None:
     """A flow that is cut off at the near end runs on and leaves vapour: the pressure stays above that of the vapour,
     what is left in the pipe is what has not flown out, and the column that comes back shuts the void with a blow.
@@ -236,6 +242,7 @@ def test_column_separation() -> None:
 GRADIENT_OF = ("pipe.length", "pipe.diameter", "pipe.wall", "pipe.liquid.air", "pipe.liquid.bulk_modulus")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("build", [Pipe, UnsteadyFrictionPipe])
 def test_gradients(build: Callable[..., Pipe | UnsteadyFrictionPipe]) -> None:
     """Gradients of the pressure at the closing valve: both modes agree with differences."""
@@ -273,6 +280,7 @@ def test_bad_arguments(change: dict, text: str) -> None:
         Pipe(**{"n": 3, "length": 1.0, "diameter": 0.01, "liquid": iso_vg_46(), **change})
 
 
+@pytest.mark.thorough
 def test_memory_of_another_length_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"^FrictionMemory\.weights must be one-dimensional"):
         FrictionMemory(weights=jnp.ones(2), rates=jnp.ones(3))

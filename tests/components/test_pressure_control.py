@@ -4,6 +4,7 @@ from typing import Self
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _rig import Part, Rig
 
 from acausal import Component, Connections, Equations, Param, Scalar, connect, eq, linearise, replace, simulate
@@ -67,6 +68,7 @@ def relief(*more: Component) -> Rig:
     return Rig(parts=(*parts, *more), wiring=_relieved)
 
 
+@pytest.mark.thorough
 def test_relief_valve_after_a_step() -> None:
     """Without the flow that the poppet displaces: lift, its speed and pressure, against DOP853 and Radau at 1e-12."""
     times = np.array([0.0005, 0.001, 0.002, 0.003, 0.008, 0.04])
@@ -82,6 +84,7 @@ def test_relief_valve_after_a_step() -> None:
         np.testing.assert_allclose(sol[name], wanted, atol=1e-6 * size)
 
 
+@pytest.mark.thorough
 def test_the_flow_that_a_poppet_displaces_damps_it() -> None:
     """Eigenvalues at 24 l/min without it, as published, and with it, by the equations linearised by hand."""
     x, p = 3.083655647744e-04, 10886707.09606
@@ -114,6 +117,7 @@ def _sensed(
     )
 
 
+@pytest.mark.thorough
 def test_load_sensing_after_steps_of_the_load() -> None:
     """The load rises from 60 to 90 bar, above the pump's pressure, and falls again: against DOP853 and Radau."""
     parts = (

@@ -51,6 +51,7 @@ def sampled(n: int) -> TabulatedLift:
     return TabulatedLift(angles=angles, lifts=jnp.asarray(harmonic(angles)))
 
 
+@pytest.mark.thorough
 def test_tabulated_lift_converges_with_order_four() -> None:
     coarse, fine = (np.abs(over(sampled(n).lift, ANGLES) - harmonic(ANGLES)) for n in (40, 80))
     assert 14.0 < np.max(coarse) / np.max(fine) < 18.0
@@ -65,6 +66,7 @@ def test_tabulated_lift_has_continuous_curvature_at_all_knots() -> None:
     np.testing.assert_allclose(right[0], right[-1], atol=1e-9)
 
 
+@pytest.mark.thorough
 def test_tabulated_lift_is_differentiable_in_its_samples() -> None:
     angles = jnp.linspace(0.0, 2.0 * jnp.pi, 7)
 

@@ -160,6 +160,7 @@ CASES = (
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.source.rsplit(".", 1)[-1])
 def test_published_trajectory(case: Case) -> None:
     rows = np.array(case.rows)
@@ -181,6 +182,7 @@ def test_undamped_oscillator_in_closed_form() -> None:
     np.testing.assert_allclose(solution["mass1.s"] + 0.5, exact, atol=1e-8)
 
 
+@pytest.mark.thorough
 def test_loaded_motor_in_closed_form() -> None:
     """ModelingToolkitStandardLibrary, test/multi_domain.jl: 10 V on the motor at t = 0, a load of 3 N.m from t = 3 s.
 

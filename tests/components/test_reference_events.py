@@ -84,6 +84,7 @@ CASES = (
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.source.rsplit(".", 1)[1])
 def test_published_results(case: Case) -> None:
     rows = np.array(case.rows)

@@ -129,6 +129,7 @@ def test_beside_an_orifice(cracking: float, area: float) -> None:
     assert float(found.flow.port.p) == pytest.approx(wanted, rel=1e-9, abs=1e-3)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("piloted", [5e6, 2e7])
 @pytest.mark.parametrize("cracking", [1e7, 7e8])
 def test_beside_a_piloted_valve(cracking: float, piloted: float) -> None:
@@ -185,6 +186,7 @@ class Charging(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("back", [0.0, 6e6])
 @pytest.mark.parametrize("cracking", [1e3, 1e6])
 def test_beside_an_accumulator(cracking: float, back: float) -> None:
@@ -203,6 +205,7 @@ def pressure_beside_a_full_accumulator(cracking: Any, solver: Any = None) -> Any
     return simulate(rig, 15.0, save="end", solver=solver).final.flow.port.p
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("solver", [None, diffrax.Kvaerno5()])
 @pytest.mark.parametrize("cracking", [1.5e7, 1e8])
 def test_beside_an_accumulator_that_becomes_full(cracking: float, solver: Any) -> None:
@@ -213,6 +216,7 @@ def test_beside_an_accumulator_that_becomes_full(cracking: float, solver: Any) -
     assert float(slope) == pytest.approx(1.0 / (1.0 + LEAKAGE), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_settings_beside_an_accumulator_that_becomes_full() -> None:
     """The slope of a closed valve falls from twice its leakage to the leakage alone."""
     settings = jnp.asarray([1.36e7, 1.4e7, 1.5e7, 2.2e7, 1e8, 5e8])

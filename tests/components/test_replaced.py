@@ -101,6 +101,7 @@ def test_start_values_of_a_pipe_have_names_of_their_own() -> None:
         assert float(parameters(replace(fixed, {f"place.{name}": 2.0}))[f"place.{name}"]) == 2.0
 
 
+@pytest.mark.thorough
 def test_a_run_of_traced_parameters_tells() -> None:
     def result(stroke: Any) -> Any:
         rig = replace(STOPPED, {"stop.s_min": stroke})

@@ -46,6 +46,7 @@ def exact() -> float:
     return float(end(1e-12)[0])
 
 
+@pytest.mark.thorough
 def test_it_ends_whatever_the_rounding(exact: float) -> None:
     """The edges neither undo each other nor open alternately without end."""
     x, reached, steps = jax.jit(jax.vmap(end))(RTOL)
@@ -54,6 +55,7 @@ def test_it_ends_whatever_the_rounding(exact: float) -> None:
     assert np.max(steps) < 2000
 
 
+@pytest.mark.thorough
 def test_derivatives_through_the_rest(exact: float) -> None:
     """With respect to the start time of the motion: x depends only on the time since then."""
     step = 1e-4

@@ -51,6 +51,7 @@ def test_nominal_inductance_has_to_lie_between_the_limits(bad: dict[str, Any]) -
         electrical.SaturatingInductor(**{**COIL, **bad})
 
 
+@pytest.mark.thorough
 def test_saturating_inductor_on_a_constant_voltage() -> None:
     """The flux grows as V t, and the gradient of the current with respect to Inom is that of the implicit law."""
 

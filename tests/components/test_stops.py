@@ -62,6 +62,7 @@ def test_gradient_through_impacts() -> None:
     np.testing.assert_allclose(jax.jacfwd(final)(0.6), expected, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_a_batch_with_different_numbers_of_impacts() -> None:
     e = jnp.array([0.0, 0.6, 1.0])
     found = jax.vmap(lambda e: drop(e, 1.3).final.parts[1].b.s)(e)
@@ -122,6 +123,7 @@ def wire_cylinder(source: Any, cylinder: Any, piston: Any) -> Connections:
     return connect(source.port, cylinder.port), connect(cylinder.rod, piston.a)
 
 
+@pytest.mark.thorough
 def test_cylinder_onto_its_end() -> None:
     """Under constant pressure, m a = A p: at the end after sqrt(2 stroke / a), where the end takes the force."""
     cylinder = hydraulic.StoppedCylinder(bore=0.02, stroke=0.05)
@@ -138,6 +140,7 @@ def wire_shaft(drive: Any, rotor: Any, gear: Any, stop: Any) -> Connections:
     return connect(drive.flange, rotor.a), connect(rotor.b, gear.a), connect(gear.b, stop.flange)
 
 
+@pytest.mark.thorough
 def test_rotor_behind_a_gear_bounces_between_stops() -> None:
     """Without torque and loss it runs forth and back: the stop at the gear turns the rotor's speed as well."""
     parts = (
@@ -153,6 +156,7 @@ def test_rotor_behind_a_gear_bounces_between_stops() -> None:
     np.testing.assert_allclose([final[1].w, final[3].flange.phi], [2.0, -0.5], atol=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("values", "message"),
     [

@@ -45,6 +45,7 @@ class Charged(Component):
 KNOTS, CURRENTS = np.array([0.0, 0.55, 0.65, 0.7, 0.75]), np.array([0.0, 1e-3, 0.1, 1.0, 5.0])
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("smooth", [False, True])
 @pytest.mark.parametrize("source", [Ramp(height=2.0, duration=5.0), Sine(amplitude=1.0, frequency=1.0, phase=0.3)])
 def test_a_loop_that_begins_on_a_knot(source: Ramp | Sine, smooth: bool) -> None:
@@ -93,6 +94,7 @@ def _table(rng: np.random.Generator, steepest: float) -> tuple[np.ndarray, np.nd
     return knots - knots[2], values - values[2]
 
 
+@pytest.mark.thorough
 def test_random_springs_and_dampers_by_tables() -> None:
     """Each for 3 s from rest on knots of both tables, and from beyond all knots."""
     rng = np.random.default_rng(0)
@@ -133,6 +135,7 @@ class Equalising(Component):
         )
 
 
+@pytest.mark.thorough
 def test_volumes_that_become_equal_by_a_piloted_valve() -> None:
     def end(p: float, more: float, volume: float, rtol: float) -> Any:
         model = Equalising(

@@ -120,6 +120,7 @@ def test_random_wires(seed: int) -> None:
     assert solution.final.wire.i > 0
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3))
 def test_random_networks_of_radiation(seed: int) -> None:
     network = random_network(seed, 0.0)
@@ -138,6 +139,7 @@ def test_random_networks_of_radiation(seed: int) -> None:
     np.testing.assert_allclose([source.port.T for source in final.sources[1:]], fourth**0.25, rtol=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("seed", range(3, 5))
 def test_random_networks_of_conduction_and_radiation(seed: int) -> None:
     network = random_network(seed, 0.5)
@@ -156,6 +158,7 @@ def test_random_networks_of_conduction_and_radiation(seed: int) -> None:
     np.testing.assert_allclose(balance[1:], 0.0, atol=1e-8 * largest)
 
 
+@pytest.mark.thorough
 def test_gradients_and_batches_of_wires() -> None:
     def found(V: Scalar) -> Scalar:
         return simulate(hot_wire(V=V), 1.0, save="end", throw=False).final.wire.heat.T
@@ -180,6 +183,7 @@ class Cooled(Component):
         return (connect(self.link.a, self.taken.port), connect(self.link.b, self.room.port))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("link", [ThermalConductor(G=1.0), BodyRadiation(Gr=1.0)])
 def test_no_temperature_below_zero(link: ThermalConductor | BodyRadiation) -> None:
     """Neither where one equation determines it, nor where iterations do."""
@@ -247,12 +251,14 @@ class Mirrored(Component):
         return dict(mirror=eq(self.y, -self.x), law=eq(self.y**2 + 2.0 * self.y, 3.0))
 
 
+@pytest.mark.thorough
 def test_ranges_hold_for_aliases_of_other_sign() -> None:
     np.testing.assert_allclose(simulate(Mirrored(), 1.0).final.x, 3.0, rtol=1e-9)
     with pytest.raises(SimulationError, match="x must be positive"):
         simulate(replace(Mirrored(), {"x": 0.5}), 1.0)
 
 
+@pytest.mark.thorough
 def test_a_class_starts_in_its_own_range() -> None:
     with pytest.raises(ModelError, match=r"Cold.T must be positive, but starts from 0"):
 

@@ -33,6 +33,7 @@ def sources() -> Any:
     return simulate(model, 2.9, save=jnp.asarray(TIMES), rtol=1e-10)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("index", "expected", "area"),
     [
@@ -63,6 +64,7 @@ def test_derivative_with_respect_to_the_time_of_a_jump() -> None:
     np.testing.assert_allclose([value, slope, jax.jacfwd(area)(1.2)], [3.6, -2.0, -2.0], rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_a_run_that_begins_late_begins_with_the_values_of_then() -> None:
     parts = (
         blocks.Pulse(amplitude=2.0, period=1.0, width=0.5),
@@ -138,6 +140,7 @@ def test_limits_of_a_sampled_controller_are_checked() -> None:
         blocks.SampledPI(period=0.1, k=1.0, T=1.0, y_min=1.0, y_max=0.0)
 
 
+@pytest.mark.thorough
 def test_two_point_control() -> None:
     """T dx/dt = y - x between two thresholds is exponentials: on and off times are logarithms."""
     set_point, bandwidth, T = 0.5, 0.2, 0.4
@@ -161,6 +164,7 @@ def wire_two_points(set_point: Any, controller: Any, plant: Any) -> Connections:
     )
 
 
+@pytest.mark.thorough
 def test_pulses_that_follow_each_other_at_once_are_on_all_the_time() -> None:
     """The fall of one pulse is the rise of the next, for any start time in the past."""
 

@@ -80,6 +80,7 @@ NAMES = dict(
 )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("is_rigid", [True, False])
 def test_random_trains(is_rigid: bool) -> None:
     """Stops with rebound and without, and compliant ones; friction with and without a peak; shaken until it sticks.

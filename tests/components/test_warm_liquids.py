@@ -52,6 +52,7 @@ def squeezed(flow: Part, gap: Part, chamber: Part) -> Connections:
     return connect(flow.port, gap.a), connect(gap.b, chamber.port)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("temperature", COLD_TO_HOT)
 def test_a_circuit_differentiated_by_its_temperature(temperature: float) -> None:
     """The pressure that a flow builds up behind a gap, by both modes and differences: cold is stiffer and thicker."""
@@ -79,6 +80,7 @@ def test_temperatures_that_are_none() -> None:
 OIL = iso_vg_46(temperature=313.15, air=1e-3)
 
 
+@pytest.mark.thorough
 def test_losses_leave_as_heat_with_the_viscosity_of_its_temperature() -> None:
     """A gap, q = pi d c^3/(12 mu L) dp with mu at the port's temperature, gives dp q there; pump and valve alike."""
     gap = AnnularGap(diameter=0.02, clearance=2e-5, length=0.03, liquid=OIL, heat=HeatPort())
@@ -106,6 +108,7 @@ def leaking(source: Part, gap: Part, tank: Part, oil: Part) -> Connections:
     return connect(source.port, gap.a), connect(gap.b, tank.port), connect(gap.heat, oil.port)
 
 
+@pytest.mark.thorough
 def test_oil_that_its_leakage_warms() -> None:
     """C dT/dt = dp q(T), integrated by another program; nothing is dissipated that is not stored as heat."""
     gap = AnnularGap(diameter=0.02, clearance=2e-5, length=0.03, liquid=OIL, heat=HeatPort())
@@ -142,6 +145,7 @@ def test_an_orifice_turns_laminar_as_it_gets_cold() -> None:
     )
 
 
+@pytest.mark.thorough
 def test_viscosity_is_that_of_the_liquid_without_a_temperature() -> None:
     for liquid in (OIL, Liquid(density=870.0, bulk_modulus=1.5e9, nu_1=46e-6, nu_2=6.7e-6)):
         p = jnp.asarray(1e7)

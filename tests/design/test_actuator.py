@@ -61,6 +61,7 @@ def test_all_starts_lead_to_the_least_opening_time() -> None:
     assert all(other.status != "optimal" or other.objective >= design.objective - 1e-12 for other in design.others)
 
 
+@pytest.mark.thorough
 def test_a_design_that_gets_nowhere_is_no_hindrance() -> None:
     def run(model: object) -> object:
         return simulate(model, 0.5, until=lambda s: s.load.b.phi - 0.8, save="end", rtol=1e-9)  # pyright: ignore

@@ -44,6 +44,7 @@ def bounced(model: Ball) -> Any:
     return simulate(model, model.until, save="end", max_steps=10_000_000)
 
 
+@pytest.mark.thorough
 def test_a_batch_with_events_is_the_runs_one_by_one() -> None:
     """Members of very different numbers of impacts."""
     study = Tolerance(Ball(), {"g": Uniform(2.0, 1000.0)}, RESULTS, run=bounced)

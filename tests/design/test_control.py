@@ -52,6 +52,7 @@ def rest_to_rest() -> float:
     return 2.0 * np.sqrt(MASS * WAY / FORCE)
 
 
+@pytest.mark.thorough
 def test_soonest_from_rest_to_rest() -> None:
     course = control(cart(steps(5.0, -3.0)), BOUNDS, ("0.1 s", "5 s"), end=THERE, sensitivities=False)
     assert course.design.status == "optimal"
@@ -95,6 +96,7 @@ def test_soonest_with_a_limit_of_the_speed(segments: int) -> None:
     assert course.gap < 1e-9
 
 
+@pytest.mark.thorough
 def test_bounds_of_the_duration_hold_where_instants_are_free() -> None:
     course = control(cart(steps(5.0, -3.0)), BOUNDS, ("0.1 s", "0.8 s"), end=THERE, switching=True, sensitivities=False)
     assert course.design.status == "infeasible"
@@ -224,6 +226,7 @@ class Feedback(Component):
         return connect(self.wall.flange, self.spring.a), connect(self.spring.b, self.mass.a)
 
 
+@pytest.mark.thorough
 def test_gains_are_those_of_riccati() -> None:
     # The least of the integral of q s^2 + r u^2: u = -k_s s - k_v v with k_s = sqrt(q/r), k_v = sqrt(2 m k_s).
     q, r, m, s0, v0 = 4.0, 0.01, 2.0, 0.5, 1.0

@@ -60,6 +60,7 @@ def both() -> Fit[Rig]:
     return identify(rig(c=60.0, d=1.0), FREE, experiments)
 
 
+@pytest.mark.thorough
 def test_exact_data_give_the_true_values() -> None:
     fit = identify(rig(c=70.0, d=0.7), FREE, drop(position()), tolerance=1e-11)
     np.testing.assert_allclose(fit.estimates, [40.0, 1.5], rtol=1e-6)
@@ -67,6 +68,7 @@ def test_exact_data_give_the_true_values() -> None:
     assert float(fit.model.link.c) == fit.estimates[0]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("given", [True, False], ids=["noise given", "noise estimated"])
 def test_intervals_hold_the_true_values_at_their_rate(given: bool) -> None:
     """200 replications with intervals of 90 %: as many hold as a binomial distribution allows, at either end 0.1 %."""
@@ -85,6 +87,7 @@ def test_intervals_hold_the_true_values_at_their_rate(given: bool) -> None:
         np.testing.assert_allclose(np.mean(noises), NOISE**2, rtol=0.1)
 
 
+@pytest.mark.thorough
 def test_several_experiments_determine_what_they_share(both: Fit[Rig]) -> None:
     single = identify(rig(c=60.0, d=1.0), FREE, drop(noisy(1)))
     assert np.all(both.std < single.std)
@@ -111,6 +114,7 @@ def test_derivatives_agree_with_those_of_the_closed_form(both: Fit[Rig]) -> None
             np.testing.assert_allclose(rows[:, j], slope, rtol=1e-4, atol=1e-4 * np.max(np.abs(slope)))
 
 
+@pytest.mark.thorough
 def test_combinations_that_the_data_cannot_tell_apart_are_named() -> None:
     """The motion depends on c/m and d/m only, not on m, c and d separately."""
     fit = identify(rig(m=1.2, c=50.0, d=1.5), {"mass.m": (0.5, 2.0), **FREE}, _free_mass(noisy(3)))
@@ -142,6 +146,7 @@ def test_a_prior_adds_what_the_data_do_not_tell() -> None:
     assert fit.std[1] == pytest.approx(expected, rel=1e-3)
 
 
+@pytest.mark.thorough
 def test_one_value_for_several_paths() -> None:
     measured = {"a.link.s_rel": position(), "b.link.s_rel": position(m=2.5)}
     experiment = Experiment.of_run(TIMES, measured, sigma=dict.fromkeys(measured, NOISE), rtol=1e-8)
@@ -152,6 +157,7 @@ def test_one_value_for_several_paths() -> None:
     assert float(fit.model.a.link.c) == float(fit.model.b.link.c)
 
 
+@pytest.mark.thorough
 def test_what_is_free_in_one_experiment_alone() -> None:
     """One spring for three masses of which two are not known: c is shared, the masses are not."""
     free = {"mass.m": (0.3, 5.0)}
@@ -208,6 +214,7 @@ def test_starts_that_meet_a_bound() -> None:
     assert several.at_bound.tolist() == [True, False]
 
 
+@pytest.mark.thorough
 def test_a_bound_that_holds_a_parameter_back() -> None:
     """The others are fitted as if its value were known."""
     fit = identify(rig(c=20.0, d=1.0), {"link.c": (5.0, 30.0), "link.d": (0.1, 10.0)}, drop(noisy(4)))
@@ -220,11 +227,13 @@ def test_a_bound_that_holds_a_parameter_back() -> None:
     assert "at its bound" in str(fit)
 
 
+@pytest.mark.thorough
 def test_a_start_on_a_bound_is_left() -> None:
     fit = identify(rig(c=25.0, d=1.0), {"link.c": (25.0, 500.0), "link.d": (0.1, 10.0)}, drop(noisy(4)))
     assert all(covers(fit))
 
 
+@pytest.mark.thorough
 def test_units_of_data_are_converted() -> None:
     plain = identify(rig(c=60.0), FREE, drop(noisy(5)))
     sigma = {"link.s_rel": quantity(2.0, "mm")}
@@ -234,6 +243,7 @@ def test_units_of_data_are_converted() -> None:
     np.testing.assert_allclose(identify(rig(c=60.0), FREE, experiment).estimates, plain.estimates, rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_scalar_results_and_outputs() -> None:
     """The time of the first passage of zero, and the kinetic energy over time."""
 
@@ -265,6 +275,7 @@ def test_profile_likelihood(both: Fit[Rig]) -> None:
         both.profile("link.k")
 
 
+@pytest.mark.thorough
 def test_tests_of_residuals(both: Fit[Rig]) -> None:
     assert [test.name for test in both.tests] == ["size", *["normality", "whiteness"] * 2]
     assert all(test.passed for test in both.tests)
@@ -294,6 +305,7 @@ def test_pictures_and_text(both: Fit[Rig]) -> None:
     assert repr(both).startswith("<Fit of link.c, link.d: chi2 = ")
 
 
+@pytest.mark.thorough
 def test_the_actuator_against_an_independent_program() -> None:
     """Winding resistance, friction and torque constant of the RE50 actuator, from travel and current.
 
@@ -428,6 +440,7 @@ def test_bad_experiments_and_priors() -> None:
         identify(rig(), FREE, drop(position()), priors={"link.c": 1.0})  # pyright: ignore[reportArgumentType]
 
 
+@pytest.mark.thorough
 def test_a_model_that_cannot_be_run_from_its_start() -> None:
     steps = drop(position(), max_steps=3)
     with pytest.raises(SimulationError, match=r"experiment 1: from the start values of the fit, link.s_rel is inf"):
@@ -483,6 +496,7 @@ def three_readings(oil: Oil) -> Any:
     return {"T": oil.T * jnp.ones(3)}
 
 
+@pytest.mark.thorough
 def test_noise_of_temperature_is_a_difference() -> None:
     measured = {"T": quantity(np.array([20.0, 21.0, 22.0]), "degC")}
     given = Experiment(three_readings, measured, {"T": quantity(0.5, "degC")}, units={"T": "K"})

@@ -281,6 +281,7 @@ def test_a_limit_that_nothing_moves_has_no_price() -> None:
     assert "active with a zero gradient: given" in str(design)
 
 
+@pytest.mark.thorough
 def test_limits_that_are_broken_up_to_the_edge_of_what_can_be_computed() -> None:
     """1 + sqrt(x) <= 1/2 is broken least at x = 0, beyond which nothing can be computed: no optimum is there."""
     design = optimise(

@@ -53,6 +53,7 @@ PATHS = {"T": lambda v: v > 0.0, "k": lambda v: 0.0 <= v < 5.0, "x": lambda v: v
 RUNS: list[Any] = [None, lambda m: jax.tree.map(jnp.asarray, m)]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", PATHS)
 @settings(max_examples=10, deadline=None)
 @given(values=st.lists(st.floats(-10.0, 10.0), min_size=2, max_size=5, unique=True).filter(lambda v: max(v) > 1.5))
@@ -99,6 +100,7 @@ def test_samples_are_in_range() -> None:
     np.testing.assert_array_equal(found["code"] == 0, found["k"] < 5.0)
 
 
+@pytest.mark.thorough
 def test_optima_are_in_range() -> None:
     """Without bounds of their own, searches end where a component ends."""
     found = optimise(lag(k=1.0), {"k": (0.0, None)}, lambda m: (m.k - 9.0) ** 2)

@@ -100,6 +100,7 @@ def bowl(m: Any) -> Any:
     return (m.x - 1.0) ** 2 + (m.y + 0.5) ** 2 + 0.3 * m.x * m.y + 0.1 * jnp.sin(3.0 * m.x)
 
 
+@pytest.mark.thorough
 @given(st.floats(-12.0, 12.0), st.floats(-3.0, 3.0), st.floats(-6.0, 6.0), st.integers(0, 3))
 @settings(max_examples=8, deadline=None)
 def test_units_of_the_objective_and_of_variables_change_nothing(
@@ -176,6 +177,7 @@ def test_what_falls_towards_a_limit_for_ever_has_no_minimum(low: float | None) -
     assert "not a minimum: the Newton step leads" in str(design)
 
 
+@pytest.mark.thorough
 def test_limits_without_a_constraint_qualification_are_named() -> None:
     square: Any = {"square": (lambda m: m.x**2, "<= 0")}
     design = optimise(Plane(x=1.0, y=1.0), UNIT, lambda m: m.x + m.y**2, constraints=square, sensitivities=False)
@@ -247,6 +249,7 @@ SQUARES: dict[str, tuple[Callable[[Any], Any], np.ndarray]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", SQUARES)
 def test_a_fit_leaves_a_saddle_of_the_sum_of_squares(name: str) -> None:
     function, measured = SQUARES[name]

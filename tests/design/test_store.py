@@ -128,6 +128,7 @@ def test_what_is_written_otherwise_is_the_same(study: Any, tmp_path: Path) -> No
         np.testing.assert_array_equal(of_a_model(study(*change), tmp_path / "kept"), first)
 
 
+@pytest.mark.thorough
 def test_results_of_another_run_are_refused(study: Any, tmp_path: Path) -> None:
     def swept(module: Any) -> np.ndarray:
         results = {"f": module.at_end, "w": module.speed}

@@ -70,6 +70,7 @@ def test_lists_tables_and_samples() -> None:
         np.testing.assert_array_equal(np.sort(np.floor(256.0 * np.asarray(share))), np.arange(256))
 
 
+@pytest.mark.thorough
 def test_failed_members_keep_their_code() -> None:
     found = sweep(rig(), {C: [10.0, 40.0]}, {"time": (lambda s: s.t1, "ms")}, run=first_passage)
     names = found["code"].attrs["flag_meanings"].split()
@@ -280,6 +281,7 @@ def test_a_worker_that_dies(tmp_path: Path) -> None:
     np.testing.assert_allclose(found["f"], np.sqrt(over[C]), rtol=1e-14)
 
 
+@pytest.mark.thorough
 def test_processes(tmp_path: Path) -> None:
     """A pool of one process, which compiles for itself once."""
     import multiprocessing

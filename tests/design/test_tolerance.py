@@ -142,6 +142,7 @@ def first_passage(model: Rig) -> Any:
     return simulate(model, 0.3, until=lambda s: s.link.s_rel, save="end", rtol=1e-8, throw=False)
 
 
+@pytest.mark.thorough
 def test_failed_members_keep_their_code_and_are_counted() -> None:
     """A soft spring does not bring the mass through zero in time: a quarter of a period is 0.25 s at 40 N/m."""
     soft = Tolerance(rig(), {C: Uniform(20.0, 60.0)}, {"time": (lambda s: s.t1, "ms")}, run=first_passage)
@@ -207,6 +208,7 @@ def test_pictures_and_tables() -> None:
     assert "worst case of y" in str(study().worst_case("y"))
 
 
+@pytest.mark.thorough
 def test_the_actuator_against_an_independent_program() -> None:
     """Opening time of the RE50 actuator with ten normal parameters: gradient, spread and members of a given seed.
 

@@ -25,6 +25,7 @@ def pictures(notebook: Any) -> list[bytes]:
     return [base64.b64decode(picture) for picture in drawn]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("path", NOTEBOOKS, ids=lambda path: path.name)
 def test_notebook(path: Path) -> None:
     committed = nbformat.read(path, as_version=4)

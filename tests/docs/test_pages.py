@@ -14,6 +14,7 @@ NOTEBOOKS = tuple(sorted(DOCS.glob("*.ipynb")))
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("page", PAGES, ids=named)
 def test_page_shows_what_its_code_prints_and_draws(page: Path, tmp_path: Path) -> None:
     difference = first_difference(page.read_text(), refreshed(page, tmp_path))
@@ -63,6 +64,7 @@ def test_page_shows_what_its_commands_print(page: Path, tmp_path: Path) -> None:
         assert difference < ALIKE, f"{drawn.name} is out of date, run `python -m docs {named(page)}`."
 
 
+@pytest.mark.thorough
 def test_readme_shows_the_shared_model() -> None:
     """The model in the README is the one of the other pages."""
     source = (ROOT / "docs" / "drive.py").read_text()

@@ -201,6 +201,7 @@ def test_variable_pump_with_purge_valve_holds() -> None:
     assert row.motor_current == pytest.approx(idle(p), rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_variable_pump_with_purge_valve_opens() -> None:
     """With the swash plate at full displacement from the start, it opens like a fixed pump on the same line."""
     model = replace(named("purge, variable pump").build(), {"pump.swash.x": 1.0})
@@ -315,6 +316,7 @@ def test_pictures() -> None:
     assert {kind_of(path) for row in rows for path in row.losses} >= {"winding", "pump", "valves", "surplus flow"}
 
 
+@pytest.mark.thorough
 def test_eccentric_opens_as_without_a_controller() -> None:
     """The controller saturates during the opening."""
     time = next(time for design, keywords, time in OPENING_TIMES if design == "ema_maxon" and not keywords)

@@ -35,6 +35,7 @@ def test_closed_clutch_rests_on_its_cushion_and_the_worn_one_is_the_stronger() -
     assert float(_load.slave_load(one, jnp.asarray(travel[-1]))) == pytest.approx(force)
 
 
+@pytest.mark.thorough
 def test_drop_of_the_passages_by_hand() -> None:
     flow, liquid = 3e-5, dot_4(293.15)
     housing = _passages.housing(flow, liquid)
@@ -47,6 +48,7 @@ def test_drop_of_the_passages_by_hand() -> None:
     assert float(state.drop) == pytest.approx(laminar + 0.6 * corners * density * (flow / area) ** 2)
 
 
+@pytest.mark.thorough
 def test_diameters_of_the_lightest_housing_are_in_balance() -> None:
     """At the optimum, a gram more in any passage of the pressure side reduces the pressure drop equally."""
     found = _passages.lightest(3e-5)
@@ -64,6 +66,7 @@ def test_diameters_of_the_lightest_housing_are_in_balance() -> None:
     assert price == pytest.approx([found.multipliers["drop"]] * 3, rel=1e-4)
 
 
+@pytest.mark.thorough
 def test_halving_a_tolerance_takes_three_quarters_of_its_share() -> None:
     def spread(first: float) -> Any:
         distributions = {"pump.diameter": Normal(std=f"{first} %"), "valve.diameter": Normal(std="1 %")}
@@ -128,6 +131,7 @@ def test_operations_that_are_allowed_just_reach_the_limit() -> None:
     assert cool.shortest_period(limit) == cool.shortest
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", _temperature.ORDERS)
 def test_heat_that_leaves_the_motor(name: str) -> None:
     """Without a hold, the winding hardly swings: the allowed heat is that of the thermal resistances at its limit."""

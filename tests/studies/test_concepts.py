@@ -18,6 +18,7 @@ from studies.concepts._targets import OVERALL, opening
 EMA, EHS, EHS_VALVE = CONCEPTS
 
 
+@pytest.mark.thorough
 def test_optimum_of_a_pump_beside_a_search_without_gradients() -> None:
     """No displacement of a fine grid opens sooner, and the multiplier of the voltage is the slope of the optimum."""
     motor = MOTORS[2]

@@ -17,6 +17,7 @@ def test_problems_have_distinct_names_and_start_within_bounds() -> None:
     assert (len(six.free), len(six.limits), six.starts) == (6, 6, 10)
 
 
+@pytest.mark.thorough
 def test_rows_and_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
     import studies.design._main as main
 

@@ -34,6 +34,7 @@ def _written(folder: Path) -> set[str]:
     return {path.stem for path in folder.glob("*.png")}
 
 
+@pytest.mark.thorough
 def test_rows(rows: list[dict[str, Any]]) -> None:
     assert [tuple(row) for row in rows] == [("case", "parameter", "unit", "true", "estimate", "low", "high")] * 9
     for row in rows:

@@ -83,6 +83,7 @@ PUMPS = [name for name, build in BUILT.items() if hasattr(build(), "pump")]
 SLIP_FREE = {"pump.losses.C_s": 0.0}
 
 
+@pytest.mark.thorough
 def test_pump_of_the_architectures() -> None:
     """A pump without slip opens like the EHS of the comparison, with either set, because its valve is closed."""
     model, told = replace(BUILT["bleed-off"](), SLIP_FREE), _row("ehs_maxon", "opening_time")
@@ -135,6 +136,7 @@ def test_no_load_set_appears_with_the_other_set() -> None:
             assert f"  {1e3 * figures['opening_time']:.1f}  " in architectures.as_text(compared)
 
 
+@pytest.mark.thorough
 def test_concluding_table() -> None:
     """Opening times, peak and holding currents of the three prototypes are those of the comparison."""
     for actuator, (_, found) in zip(("ema_fise", "ema_maxon", "ehs_maxon"), concluding_table().values(), strict=True):
@@ -142,6 +144,7 @@ def test_concluding_table() -> None:
             assert getattr(found, quantity) == pytest.approx(_validated(actuator, quantity), rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_concepts() -> None:
     """The prototypes agree with the comparison for the spring of the test rig, and with a worn clutch for 800 N."""
     built = prototypes()

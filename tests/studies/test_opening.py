@@ -15,6 +15,7 @@ from studies import opening
 from studies.actuators import commanded
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("design", "keywords", "time"), OPENING_TIMES)
 def test_opening_time(design: str, keywords: dict[str, float], time: float) -> None:
     solution = opening(DESIGNS[design](**keywords))
@@ -22,6 +23,7 @@ def test_opening_time(design: str, keywords: dict[str, float], time: float) -> N
     assert solution.t1 == pytest.approx(time, rel=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("design", ["ema_maxon", "ehs_maxon"])
 def test_a_constant_command_opens_as_the_voltage_does(design: str) -> None:
     actuator = DESIGNS[design]()

@@ -50,6 +50,7 @@ REFERENCE: dict[Callable[..., Any], dict[str, float]] = {
 ROTATING = ("motor.rotor", "gearbox", "cam", "pump")
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("actuator", REFERENCE, ids=lambda actuator: actuator.__name__)
 def test_energies_at_opening(actuator: Callable[..., Any]) -> None:
     account = opening(actuator(), energy=True).energy

@@ -16,6 +16,7 @@ KEYS = {
 }  # fmt: skip
 
 
+@pytest.mark.thorough
 def test_rows(optimised: list[dict[str, Any]]) -> None:
     assert [row["actuator"] for row in optimised] == [optimum[0] for optimum in OPTIMA]
     for row, (_, parameter, value, time) in zip(optimised, OPTIMA, strict=True):
@@ -46,6 +47,7 @@ def test_other_starts(number: int, factor: float) -> None:
     assert not any(math.isnan(point.value) or math.isnan(point.slope) for point in path)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("problem", PROBLEMS, ids=lambda problem: problem.actuator)
 def test_sweep_is_single_runs(problem: Any) -> None:
     values, times = problem.sweep()
@@ -84,5 +86,6 @@ def test_minimise_gives_up() -> None:
         minimise(lambda x: (-math.log(x), -1.0 / x), 1.0)
 
 
+@pytest.mark.thorough
 def test_points() -> None:
     assert Point(2.0, 1.0, 3.0).log_slope == 6.0

@@ -83,6 +83,7 @@ def test_wear_loads_the_clutch_and_opens_leaks() -> None:
     assert float(old.pump.leakage / model.pump.leakage) == pytest.approx(4.0, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_an_electrohydraulic_actuator_left_on_ends_at_its_stop_and_its_relief_valve() -> None:
     """Without stops and relief valve, it continues until its motor stalls: k V/(R D) = 68 bar."""
     model = electrohydraulic(MOTOR, 2e-7, slip=0.0)
@@ -168,6 +169,7 @@ def test_the_work_of_a_cam_is_stored_in_clutch_and_line() -> None:
         cam_curves(electrohydraulic(MOTOR, 2e-7))
 
 
+@pytest.mark.thorough
 def test_energies_of_an_opening() -> None:
     """The clutch stores 1/2 k s^2, and the hold takes R i^2 for its duration."""
     model = electrohydraulic(MOTOR, 2e-7, stops=False)
@@ -178,6 +180,7 @@ def test_energies_of_an_opening() -> None:
     assert 0.0 < float(spent.efficiency) < 1.0
 
 
+@pytest.mark.thorough
 def test_a_held_actuator_without_friction_stays() -> None:
     """It starts from its static equilibrium, with its holding current."""
     model = replace(electromechanical(MOTOR, 4.0, stops=False, pipe=None), {"gearbox.loss.efficiency": 1.0})
@@ -187,6 +190,7 @@ def test_a_held_actuator_without_friction_stays() -> None:
     assert float(end.slave.rod.s) == pytest.approx(STROKE, rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_the_command_line_says_what_it_lacks(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit):
         main(["optimise", "--temperature", "-30"])

@@ -43,6 +43,7 @@ def test_matrices() -> None:
         np.testing.assert_allclose(found.D, np.zeros((3, 2)), atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_modes_and_gains() -> None:
     """Against two masses with springs computed by hand, with displacements referred to the slave."""
     masses, liquid = np.array([5370.0, M]), KF * AREA**2
@@ -64,6 +65,7 @@ def test_modes_and_gains() -> None:
     assert ratio == pytest.approx(9330.0 * (1.0 + K / liquid), rel=1e-9)
 
 
+@pytest.mark.thorough
 def test_bond_graph() -> None:
     """Junctions and elements give the same frequencies and shares; the rotating parts have no state of their own."""
     model = linear_actuator()

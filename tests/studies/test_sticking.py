@@ -46,6 +46,7 @@ def time_of(width: float | None, rtol: float = 1e-9) -> Callable[[dict[str, Any]
     return lambda keywords: opening_time(ehs_sticking(width=width, **keywords), rtol=rtol)
 
 
+@pytest.mark.thorough
 def test_smooth() -> None:
     time, slopes = jax.jit(jax.value_and_grad(time_of(0.1)))(KEYWORDS)
     assert time == pytest.approx(SMOOTH_TIME, rel=1e-8)
@@ -53,6 +54,7 @@ def test_smooth() -> None:
         assert slopes[name] == pytest.approx(expected, rel=1e-5), name
 
 
+@pytest.mark.thorough
 def test_it_sticks_until_the_motor_is_strong_enough() -> None:
     solution = opening(ehs_sticking(**KEYWORDS))
     k = KEYWORDS
@@ -82,6 +84,7 @@ def sticking() -> tuple[Callable[..., float], Callable[[str], float]]:
     return time, forward
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("name", ["displacement", "break_away", "coulomb", "voltage", "ramp"])
 def test_derivative_through_break_away(sticking: Any, name: str) -> None:
     time, forward = sticking

@@ -203,6 +203,7 @@ def test_geometric_stiffness() -> None:
     np.testing.assert_allclose(modes.frequency[-3], 2.949966996237943, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_channels_of_a_stiff_actuator() -> None:
     """Voltage to stroke has three more poles than zeros, despite a pole of 1e5 1/s and units of metres and pascals."""
     model = DESIGNS["ema_fise"]()

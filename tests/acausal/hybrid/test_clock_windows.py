@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate
 
@@ -54,6 +55,7 @@ def clocks() -> tuple[np.ndarray, np.ndarray]:
     return first, every
 
 
+@pytest.mark.thorough
 def test_windows_that_end_between_ticks() -> None:
     first, every = clocks()
     draw = np.random.default_rng(1)
@@ -80,6 +82,7 @@ def begun(first: Any, every: Any, t0: Any) -> Any:
     return final.ticks
 
 
+@pytest.mark.thorough
 def test_a_clock_that_is_due_at_the_start_ticks_there_once() -> None:
     """However long before the start it began."""
     turns = np.array([0, 1, 3, 10, 1000, 10**7, 17, 123456])

@@ -225,6 +225,7 @@ def scaled(model: Callable[[], Any]) -> Any:
     return traced.lower().compile(), {list(CONSTANTS)[i] for i in used}
 
 
+@pytest.mark.thorough
 def test_each_constant_is_read() -> None:
     assert set().union(*(scaled(model)[1] for model in MODELS)) == {*CONSTANTS}
 
@@ -249,6 +250,7 @@ def test_results_do_not_depend_on_constants(model: Callable[[], Any]) -> None:
     assert not wrong, wrong
 
 
+@pytest.mark.thorough
 def test_derivatives_and_records_do_not_depend_on_constants(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(compiled, "run_traced", inspect.unwrap(compiled.run_traced))
     exact = jax.jit(jax.jacfwd(impacts))(0.8)

@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import (
     Component,
@@ -58,6 +59,7 @@ def grown(first: Any, lag_2: Any, lag_3: Any) -> Any:
     return simulate(Chain(first=first, lag_2=lag_2, lag_3=lag_3), END, save="end", throw=False).final.x
 
 
+@pytest.mark.thorough
 def test_what_is_scheduled_for_later_happens_then() -> None:
     lags = np.array([[-0.3, -0.1], [-0.3, -5.0], [-1e-3, -1e-6], [-1e-9, -1e-9]])
     first = np.array([0.7, 0.7, 0.0, 1.0])
@@ -128,6 +130,7 @@ def compared(offset: Any, amplitude: Any, frequency: Any) -> None:
     np.testing.assert_allclose(found, np.stack([expected, expected], axis=1), atol=1e-9)
 
 
+@pytest.mark.thorough
 def test_duties_that_are_shares_of_a_period() -> None:
     """Also those that rounding cannot tell from a whole period."""
     offset = np.array([0.0, 1e-12, 1e-6, -1e-6, 0.3, 1.0 - 1e-12, 1.0 - 1e-16, 1.0, -1.0, 7.0])

@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _freewheels import by_hand, driven
 
 from acausal import simulate
@@ -52,6 +53,7 @@ EXAMPLES = np.array(
 )
 
 
+@pytest.mark.thorough
 def test_a_clutch_that_overruns() -> None:
     cases = np.concatenate([EXAMPLES, drawn(10)])
     compared(of_two, cases, np.array([by_hand(case, TIMES) for case in cases]))

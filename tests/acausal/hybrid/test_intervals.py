@@ -73,6 +73,7 @@ class Clocks(Component):
     clocks: Array[Clock] | Array[Declared]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("interval", [0.0, -0.25])
 def test_an_interval_that_is_not_positive_is_refused(interval: float) -> None:
     model = Holder(clock=Clock(interval=interval))
@@ -83,6 +84,7 @@ def test_an_interval_that_is_not_positive_is_refused(interval: float) -> None:
         initialise(model, steady=True)
 
 
+@pytest.mark.thorough
 def test_it_is_refused_where_numbers_are_traced() -> None:
     @eqx.filter_jit
     def ticks(interval: Scalar) -> Scalar:
@@ -93,18 +95,21 @@ def test_it_is_refused_where_numbers_are_traced() -> None:
         ticks(jnp.asarray(-0.25))
 
 
+@pytest.mark.thorough
 def test_an_interval_that_an_event_makes_negative_is_refused() -> None:
     with pytest.raises(SimulationError, match=r"At t = 0\.7 s: " + REFUSED):
         simulate(Holder(clock=Hastened()), 9.0)
     assert simulate(Holder(clock=Hastened(less=0.1)), 1.2).final.clock.ticks == 3.0
 
 
+@pytest.mark.thorough
 def test_a_declared_interval_costs_no_relation() -> None:
     assert simulate(Holder(clock=Declared()), 1.1).events.labels == ("clock.tick",)
     clocks = simulate(Clocks(clocks=repeat(Declared(), 2)), 1.1)
     assert clocks.events.labels == ("clocks[0].tick", "clocks[1].tick")
 
 
+@pytest.mark.thorough
 def test_a_member_of_an_array_is_named() -> None:
     clocks = Clocks(clocks=repeat(Clock(interval=jnp.array([0.5, -0.5])), 2))
     with pytest.raises(SimulationError, match=r"clocks\[1\]\.tick\.every"):

@@ -50,6 +50,7 @@ def found() -> Any:
     return jax.jit(jax.vmap(lambda numbers: (end(numbers), jax.jacfwd(end)(numbers), jax.jacrev(end)(numbers))))(POINTS)
 
 
+@pytest.mark.thorough
 def test_values(found: Any) -> None:
     np.testing.assert_allclose(found[0], jax.vmap(exactly)(POINTS), rtol=1e-6)
 
@@ -69,6 +70,7 @@ class Plain(Component):
         return dict(x=eq(d.x, jnp.where(self.x > self.c, 3.0, 1.0), check_units=False))
 
 
+@pytest.mark.thorough
 def test_a_plain_where_that_jumps_is_warned_of() -> None:
     with pytest.warns(JumpWarning, match=r"Plain\.equations: x may jump .*ifelse"):
         simulate(Plain(c=0.3), END, save="end")

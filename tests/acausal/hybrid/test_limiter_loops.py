@@ -82,6 +82,7 @@ NUMBERS = np.concatenate([TYPICAL, drawn(6)], axis=1)
 LIMITS = NUMBERS[4]
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("rtol", [1e-4, 1e-6])
 def test_the_output_keeps_the_limits(rtol: float) -> None:
     y = runs(NUMBERS, rtol)[2]
@@ -89,6 +90,7 @@ def test_the_output_keeps_the_limits(rtol: float) -> None:
     np.testing.assert_array_less(largest, LIMITS * (1.0 + 1e-6))
 
 
+@pytest.mark.thorough
 def test_the_loop_switches_in_time() -> None:
     """Within a hundred times the tolerance after up to ten periods."""
     ts, xs, _ = (np.asarray(rows) for rows in runs(NUMBERS, 1e-6))

@@ -7,6 +7,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, ifelse, simulate, when
 
@@ -77,6 +78,7 @@ class Switching(Component):
         return dict(tick=at(1.2, every=1.0, n=self.n + 1.0))
 
 
+@pytest.mark.thorough
 def test_changes_of_equations_take_no_room_from_events() -> None:
     def times(n: Any) -> Any:
         return simulate(Switching(n=n), 4.0, max_events=3).events.times

@@ -5,6 +5,7 @@ from typing import Any, Self
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate, when
 
@@ -52,6 +53,7 @@ def sampled(jump: Any, start: Any, period: Any, t1: Any) -> Any:
     return jnp.stack([getattr(final, name) for name in READ])
 
 
+@pytest.mark.thorough
 def test_a_clock_reads_what_held_before_a_later_jump_and_after_an_earlier_one() -> None:
     jump, start = np.array([0.75, 0.25, 0.0, 1.0]), np.array([0.5, 0.5, 0.5, 0.0])
     found = sampled(jump, start, np.full(4, 10.0), np.full(4, 1.5))
@@ -85,6 +87,7 @@ class Exchange(Component):
         )
 
 
+@pytest.mark.thorough
 def test_clocks_read_each_others_old_values() -> None:
     a, b, x, h = 1.0, 0.0, 0.0, 0.1
     for i in range(11):

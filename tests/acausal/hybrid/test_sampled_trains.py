@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pytest
 from _sampled_train import Instants, N, drawn, held, train
 
 from acausal import simulate
@@ -49,6 +50,7 @@ def saved(instants: Instants, h: Any, begin: Any) -> Any:
     return outputs(sol)[:, ::2], outputs(sol)[:, 1::2]
 
 
+@pytest.mark.thorough
 def test_samplers_read_what_holds_after_the_jumps_of_their_instant() -> None:
     trains = drawn_trains()
     np.testing.assert_allclose(saved(*stacked(trains))[0], expected(trains), atol=1e-7)
@@ -82,6 +84,7 @@ def stops(trains: list[Instants]) -> tuple[Any, Any]:
     return ends, rows[np.arange(len(ends)), :, ends]
 
 
+@pytest.mark.thorough
 def test_a_run_that_a_sample_stops_ends_after_all_samples_of_its_instant() -> None:
     trains = [without_events(instants) for instants in drawn_trains()]
     for found, wanted in zip(stopped(*stacked(trains)), stops(trains), strict=True):

@@ -50,6 +50,7 @@ class Comparator(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("amplitude", [1.0, 1e-5, 1e-7])
 def test_what_changes_to_and_fro_within_the_tolerance_is_told(amplitude: float) -> None:
     comparator = Comparator(A=amplitude)
