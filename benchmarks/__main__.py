@@ -18,6 +18,7 @@ BENCHMARKS = {
     "gradient": "gradient",
     "batch": "batch",
     "chain": "chain",
+    "scale": "scale",
     "alike": "alike",
     "events": "events",
     "reading": "reading",

@@ -12,8 +12,18 @@ class Effort:
     decades: tuple[float, float, int] = (-3.0, -10.0, 15)  # exponents of the tolerances: from, to, number
     designs: int = 1024
     lengths: tuple[int, ...] = (10, 100, 1000, 5000)
+    nodes: tuple[int, ...] = (100, 200, 1000, 100_000)
     alike: int = 500
     processes: int = 3  # fresh ones, the fastest of which counts
 
 
-TINY = Effort(repeats=2, evaluations=50, decades=(-4.0, -6.0, 3), designs=4, lengths=(10,), alike=10, processes=1)
+TINY = Effort(
+    repeats=2,
+    evaluations=50,
+    decades=(-4.0, -6.0, 3),
+    designs=4,
+    lengths=(10,),
+    nodes=(10,),
+    alike=10,
+    processes=1,
+)

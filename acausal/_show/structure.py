@@ -107,7 +107,7 @@ def _states(system: System) -> dict[str, str]:
 
 def _steps(system: System) -> str:
     """The sparse Jacobian of a step, as text."""
-    pattern = pattern_of_rates(system, (), 0) if system.mass is None else None
+    pattern = pattern_of_rates(system)
     if pattern is None:
         return ""
     return f"sparse, {len(pattern.rows)} entries in {pattern.n_colours} colours; elimination fills in {pattern.fill_in}"

@@ -180,6 +180,7 @@ def test_a_time_outside_the_run_is_refused(t: Any) -> None:
     np.testing.assert_array_equal(run.at(0.2 * (1.0 + 2e-16)).h, run.at(0.2).h)
 
 
+@pytest.mark.thorough
 def test_a_time_outside_a_run_of_a_batch_is_refused() -> None:
     """Outside of transformations and within them."""
 

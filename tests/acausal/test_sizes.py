@@ -106,6 +106,7 @@ class Loop(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("volt", "ampere"), [(1e-8, 1e6), (1e7, 1e-9)])
 def test_iterations_in_any_unit(volt: float, ampere: float) -> None:
     def loop(volt: float, ampere: float) -> Loop:
@@ -117,6 +118,7 @@ def test_iterations_in_any_unit(volt: float, ampere: float) -> None:
     np.testing.assert_allclose(found, simulate(loop(1.0, 1.0), 1.0).final.r.v, rtol=1e-8)
 
 
+@pytest.mark.thorough
 def test_under_jit_and_vmap_and_for_gradients() -> None:
     nominal = {"c.v": 1e-5, "l.i": 1e-5}
 

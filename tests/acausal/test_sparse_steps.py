@@ -72,17 +72,23 @@ def test_structure_says_how_sparse_a_step_is() -> None:
     assert "Steps" not in str(structure(chain()))
 
 
+def make_sparse(patch: pytest.MonkeyPatch) -> None:
+    """Steps of small models are sparse too."""
+    patch.setattr(pattern, "LARGEST_INVERSE", 0)
+    patch.setattr(pattern, "SERIAL", 1e-6)
+    pattern.pattern_of_rates.cache_clear()
+
+
 @pytest.fixture
 def small_models_are_sparse(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pattern, "SERIAL", 1e-6)
-    pattern.pattern_of_rates.cache_clear()
+    make_sparse(monkeypatch)
 
 
 @pytest.fixture(scope="module")
 def with_sparse_steps() -> tuple[jax.Array, jax.Array]:
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pattern, "SERIAL", 1e-6)
-        pattern.pattern_of_rates.cache_clear()
+        make_sparse(patch)
+        assert pattern.pattern_of_rates(system_of(chain())) is not None
         return computed()
 
 
@@ -91,6 +97,7 @@ def computed() -> tuple[jax.Array, jax.Array]:
     return jax.jit(lambda c: jax.jvp(lambda c: results(c, chain()), (c,), (jnp.ones(()),)))(jnp.asarray(100.0))
 
 
+@pytest.mark.thorough
 def test_results_and_derivatives_are_those_of_dense_steps(
     with_sparse_steps: tuple[jax.Array, ...], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -100,12 +107,14 @@ def test_results_and_derivatives_are_those_of_dense_steps(
         np.testing.assert_allclose(found, expected, rtol=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("small_models_are_sparse")
 def test_reverse_mode_agrees_with_forward_mode(with_sparse_steps: tuple[jax.Array, ...]) -> None:
     backward = jax.grad(lambda c: results(c, chain())[2])(100.0)
     np.testing.assert_allclose(backward, with_sparse_steps[1][2], rtol=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.usefixtures("small_models_are_sparse")
 def test_a_batch_gives_the_results_of_single_runs(with_sparse_steps: tuple[jax.Array, ...]) -> None:
     many = jax.jit(jax.vmap(lambda c: results(c, chain())))(jnp.array([100.0, 150.0]))

@@ -15,7 +15,7 @@ from benchmarks._rows import Row, compared, show
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> dict:
     folder: Path = tmp_path_factory.mktemp("benchmarks")
-    main(["--quick", "--only", "chain", "--json", str(folder / "rows.json"), "--out", str(folder)])
+    main(["--quick", "--only", "chain", "scale", "--json", str(folder / "rows.json"), "--out", str(folder)])
     assert (folder / "chain.png").stat().st_size > 0
     return json.loads((folder / "rows.json").read_text())
 

@@ -21,6 +21,7 @@ class Torn(Component):
         return (connect(self.line.b, self.vessel.port),)
 
 
+@pytest.mark.thorough
 def test_void_behind_a_rigid_column() -> None:
     """It grows to v^2 rho L/(2 dp) and shuts after 2 v rho L/dp, more than the node at the valve holds.
 

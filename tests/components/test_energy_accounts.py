@@ -251,6 +251,20 @@ EXAMPLES: tuple[Component, ...] = (
 )
 
 
+LARGE = (
+    electrical.PMSMDrive,
+    hydraulic.DoubleActingCylinder,
+    hydraulic.FixedPump,
+    hydraulic.HydraulicCylinder,
+    hydraulic.Pipe,
+    hydraulic.RotaryVaneActuator,
+)
+
+
+def _case(model: Component) -> Any:
+    return pytest.param(model, marks=[pytest.mark.thorough] if isinstance(model, LARGE) else [])
+
+
 def _name(model: Component) -> str:
     return f"{type(model).__module__.split('.')[1]}.{type(model).__name__}"
 
@@ -265,7 +279,7 @@ def test_every_component_has_an_example() -> None:
     assert exported == {type(example) for example in EXAMPLES}
 
 
-@pytest.mark.parametrize("model", EXAMPLES, ids=_name)
+@pytest.mark.parametrize("model", map(_case, EXAMPLES), ids=_name)
 def test_every_component(model: Component) -> None:
     """Units, power balance and gradients, at random points of order one."""
     check_component(model, sizes=1.0)

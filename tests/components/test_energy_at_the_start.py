@@ -2,6 +2,7 @@
 
 import jax
 import numpy as np
+import pytest
 
 from acausal import Component, Connections, Scalar, connect, simulate
 from components.electrical import Battery, ConstantCurrent, Ground
@@ -48,6 +49,7 @@ def stores(soc: Scalar, place: Scalar, height: Scalar) -> Stores:
     )
 
 
+@pytest.mark.thorough
 def test_finding_pieces_and_modes_at_the_start_is_no_work() -> None:
     """From random states, on all pieces of the tables and beyond them; later impacts dissipate energy."""
 

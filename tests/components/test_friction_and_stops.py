@@ -96,6 +96,7 @@ def wire_stop(mass: Any, friction: Any, low: Any, high: Any) -> Connections:
     return connect(mass.a, low.flange, friction.flange), connect(mass.b, high.flange)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("start", [(1.0, -4.0), (0.1, 0.0), (1.3, 4.0), (2.9, 0.0)])
 def test_a_mass_with_a_length_comes_to_rest_at_its_stops(start: tuple[float, float]) -> None:
     """With e = 0 it stays where it hits; at the stop without load, it causes no further events."""

@@ -234,6 +234,7 @@ def test_pump_relief_and_check_valve() -> None:
     assert abs(float(end.check.q)) < 1e-10 * 1e3 * np.exp(-2e4 / 1e3) * 1.001
 
 
+@pytest.mark.thorough
 def test_open_valve_is_an_orifice() -> None:
     """The relief valve only leaks, and D w = (leakages + 1/R) p + C_d A sqrt(2 p/rho)."""
     end = simulate(circuit(speed=200.0, opening=1.0), 0.1, save="end").final

@@ -77,6 +77,7 @@ TIMES = np.array([0.01, 0.02, 0.1, 0.5, 0.51, 0.52, 0.55, 0.6, 0.9, 1.5])
 SIZES = {"parts[4].a.s": 0.03, "parts[4].v": 0.15, "parts[3].p_a": 6e6, "parts[3].p_b": 6e5}
 
 
+@pytest.mark.thorough
 def test_check_valves_of_a_closed_circuit() -> None:
     """Smooth valves against Radau and LSODA; ideal valves by events, with this conductance and ten times that."""
     found = [simulate(published(g), 1.5, save=jnp.asarray(TIMES), rtol=1e-9) for g in (1e-8, 1e-7)]

@@ -193,6 +193,7 @@ def wire_rest(
     )
 
 
+@pytest.mark.thorough
 def test_what_rests_on_a_kink_does_not_chatter() -> None:
     """Signals at, or tending to, a kink: a limit, a rate limit, another signal, a sample, the end of a dead zone."""
     parts = (

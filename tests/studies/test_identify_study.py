@@ -43,6 +43,7 @@ def test_rows(rows: list[dict[str, Any]]) -> None:
             assert row["estimate"] == pytest.approx(row["true"], rel=1e-8)
 
 
+@pytest.mark.thorough
 def test_estimates_agree_with_those_of_an_independent_program(rows: list[dict[str, Any]]) -> None:
     noisy = {row["parameter"]: row for row in rows if row["case"] == "noise given"}
     for name, (estimate, std) in ESTIMATES.items():

@@ -40,6 +40,7 @@ def test_states(design: str, keywords: dict[str, float], names: tuple[str, ...],
         np.testing.assert_allclose(solution[name] / size, values / size, atol=1e-6, rtol=0.0, err_msg=name)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("design", "changes", "elasticities"), ELASTICITIES)
 def test_elasticities(design: str, changes: dict[str, float], elasticities: dict[str, float]) -> None:
     keywords = numbers(design, **changes)

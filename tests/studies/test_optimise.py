@@ -30,6 +30,7 @@ def test_rows(optimised: list[dict[str, Any]]) -> None:
         assert row["simulations"] < 15
 
 
+@pytest.mark.thorough
 def test_pictures(optimised: list[dict[str, Any]], folder: Path) -> None:
     assert (folder / "pictures" / "optimise.png").stat().st_size > 10_000
     assert "data:image/png" in (folder / "pictures" / "optimise.html").read_text()

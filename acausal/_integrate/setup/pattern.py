@@ -6,6 +6,7 @@ from scipy import sparse
 
 from ..._evaluate.dependence import dependence
 from ..._evaluate.system import System
+from ..._linear_solver import LARGEST_INVERSE
 from ..._reduce.incidence import Pair
 from ..._sparse_matrix import Pattern, pattern_of
 from .field import wanted_pairs
@@ -16,24 +17,26 @@ SOLVES = 10  # solutions for each elimination, in a step
 
 
 def jacobian_pattern(settings: Settings) -> Pattern | None:
-    """The structure of the Jacobian of the core of the state vector; None if dense elimination takes less time, or if
-    the model has a mass matrix.
-    """
+    """The structure of the Jacobian of the core of the state vector, if its steps are sparse."""
     system = settings.system
-    if system.mass is not None or not len(system.nominals):
-        return None
     read = () if settings.integrand is None else tuple(wanted_pairs(system, settings.integrand.leaves))
     return pattern_of_rates(system, read, settings.n_integrals)
 
 
 @ft.lru_cache(maxsize=16)
-def pattern_of_rates(system: System, read: tuple[Pair, ...], n_integrals: int) -> Pattern | None:
-    """The structure of the Jacobian of the states and of integrals, each of which may read the same pairs."""
+def pattern_of_rates(system: System, read: tuple[Pair, ...] = (), n_integrals: int = 0) -> Pattern | None:
+    """The structure of the Jacobian of the states and of integrals, each of which may read the same pairs.
+
+    None if dense elimination takes less time, as it does for small models, and for a mass matrix, whose zeros may not
+    be pivots.
+    """
+    n = len(system.nominals) + n_integrals
+    if system.mass is not None or n <= LARGEST_INVERSE:
+        return None
     structure = dependence(system.plan, system.rates)
     if n_integrals:
         row = sparse.csr_array(dependence(system.plan, read).sum(axis=0)[None] > 0)
         structure = sparse.csr_array(sparse.vstack([structure, *([row] * n_integrals)]))
-    n = len(structure.indptr) - 1
     structure = sparse.csr_array((structure.data, structure.indices, structure.indptr), (n, n), dtype=bool)
     dense = n**3 + SOLVES * n**2
     pattern = pattern_of(structure, most=dense / SERIAL)

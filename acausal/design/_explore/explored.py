@@ -71,6 +71,7 @@ class Explored(Generic[M]):
 
     @property
     def values(self) -> dict[str, float]:
+        """The free parameters by path, in SI units."""
         return dict(zip(self.free.names, self.x.tolist(), strict=True))
 
     @property

@@ -45,6 +45,7 @@ class Explorer(Generic[M]):
 
     @property
     def free(self) -> Free:
+        """The free parameters with their bounds and units."""
         return self._problem.free
 
     def at(self, values: Mapping[str, object] | None = None) -> Explored[M]:

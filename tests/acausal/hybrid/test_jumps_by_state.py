@@ -55,6 +55,7 @@ def test_values(found: Any) -> None:
     np.testing.assert_allclose(found[0], jax.vmap(exactly)(POINTS), rtol=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("mode", [1, 2], ids=["forward", "reverse"])
 def test_derivatives(found: Any, mode: int) -> None:
     np.testing.assert_allclose(found[mode], jax.vmap(jax.jacfwd(exactly))(POINTS), rtol=1e-5, atol=1e-5)

@@ -1,0 +1,85 @@
+"""A wall of many thermal nodes: how a step grows with the system, and a run beside CVODE with its banded solver."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from acausal import Array, Component, Connections, connect, repeat, simulate
+from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
+
+from ._effort import Effort
+from ._rows import Row, compared
+from ._timing import fastest
+
+LIMITS = {100: 0.1, 200: 0.15, 1000: 0.8, 100_000: 150.0}  # ms a step
+AGAINST_CVODE = 2.0
+HOT, COLD = 400.0, 293.15  # K
+CONDUCTANCE = 10.0  # W/K, with capacities of 1 J/K
+END, RTOL = 50.0, 1e-6
+
+
+class Wall(Component):
+    """Capacities in a row, heated at one end."""
+
+    hot: FixedTemperature
+    conductors: Array[ThermalConductor]
+    capacities: Array[HeatCapacitor]
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.hot.port, self.conductors[0].a),
+            connect(self.conductors[:].b, self.capacities[:].port),
+            connect(self.capacities[:-1].port, self.conductors[1:].a),
+        )
+
+
+def wall(n: int) -> Wall:
+    """A cold wall of n nodes."""
+    return Wall(
+        hot=FixedTemperature(temperature=HOT),
+        conductors=repeat(ThermalConductor(G=CONDUCTANCE), n),
+        capacities=repeat(HeatCapacitor(C=1.0, T=COLD), n),
+    )
+
+
+def run(effort: Effort, out: Path | None = None) -> list[Row]:
+    """A step at all lengths, and a run of the longest wall that CVODE can also do in a moment."""
+    rows = [_step(n, effort) for n in effort.nodes]
+    n = min(1000, max(effort.nodes))
+    other = cvode(n)
+    times = fastest({"own": lambda: _end(n), "cvode": other}, min(effort.repeats, 20))
+    np.testing.assert_allclose(_temperatures(n), other(), rtol=1e-4)
+    name = f"wall of {n} nodes: run"
+    return [*rows, compared(name, 1e3 * times["own"], "ms", 1e3 * times["cvode"], "CVODE, banded", AGAINST_CVODE)]
+
+
+def _end(n: int) -> Any:
+    return simulate(wall(n), END, rtol=RTOL, save="end")
+
+
+def _temperatures(n: int) -> np.ndarray:
+    return np.asarray(_end(n)["capacities.item.T"])[-1]
+
+
+def _step(n: int, effort: Effort) -> Row:
+    steps = int(_end(n).stats["num_steps"])
+    milliseconds = 1e3 * fastest({"run": lambda: _end(n)}, min(effort.repeats, 10))["run"] / steps
+    limit = LIMITS.get(n)
+    against = "" if limit is None else f"limit: {limit:g} ms"
+    ratio = None if limit is None else milliseconds / limit
+    return Row(f"wall of {n} nodes: a step", milliseconds, "ms", against, ratio, None if limit is None else 1.0)
+
+
+def cvode(n: int) -> Callable[[], np.ndarray]:
+    """The same wall by hand, integrated by CVODE; returns the temperatures at the end."""
+    from sksundae.cvode import CVODE
+
+    def rates(t: float, y: np.ndarray, dy: np.ndarray) -> None:
+        flow = CONDUCTANCE * -np.diff(y, prepend=HOT)
+        dy[:] = flow
+        dy[:-1] -= flow[1:]
+
+    solver = CVODE(rates, rtol=RTOL, atol=RTOL, linsolver="band", lband=1, uband=1)
+    return lambda: solver.solve(np.array([0.0, END]), np.full(n, COLD)).y[-1]
