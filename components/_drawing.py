@@ -34,4 +34,3 @@ def head(x: float, y: float, right: float, down: float, size: float = 7.0) -> st
 # Across, from one end on a line to the other.
 SPRING = "h12l3-8 6 16 6-16 6 16 6-16 6 16 3-8h12"  # 60 long, 16 high
 SHORT_SPRING = "l2-5 4 10 4-10 4 10 2-5"  # 16 long, 10 high
-HATCH = "m0 0l-5 5m9-5l-5 5m9-5l-5 5m9-5l-5 5m9-5l-5 5"  # below a line of 20, from its left end

@@ -140,7 +140,7 @@ class EventSet:
         """The truths of the conditions for these values of all leaves, one array for each entry; false for scheduled
         ones.
         """
-        indicators = [jnp.ravel(margin) for margin in self.indicators([values[i] for i in self.indicators.leaves])]
+        indicators = [jnp.ravel(each) for each in self.indicators([values[i] for i in self.indicators.leaves])]
         truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *indicators]) > 0)
         return [jnp.reshape(truths[n : n + entry.count], entry.stack) for n, entry in self.numbered]
 

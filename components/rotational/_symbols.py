@@ -6,7 +6,6 @@ from .._drawing import SHORT_SPRING, SPRING, at, circle, head, rect, with_port
 
 ENDS = {"a": (0, 20), "b": (60, 20)}
 FLANGE = {"flange": (0, 20)}
-TURNS = "M12 16a13 13 0 0 1 20-6"  # an arrow around a shaft, without its head
 DASHPOT = "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16"
 
 

@@ -159,11 +159,11 @@ class StepLoop(Steps):
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
-        hold = jax.lax.stop_gradient
-        end, short = hold(t1), args.tick(hold(t1))
+        held = jax.lax.stop_gradient
+        end, short = held(t1), args.tick(held(t1))
         if events.is_searched:
             assert c.end_sample is not None
-            held_path, held_args, last = hold((path, args, c.end_sample._replace(t=c.t)))
+            held_path, held_args, last = held((path, args, c.end_sample._replace(t=c.t)))
             conditions = events.conditions(held_path, end, c.armed, held_args)
             found = first_crossing(conditions, last, ~c.jumped, c.truths, end, short, keep)
         else:
@@ -171,7 +171,7 @@ class StepLoop(Steps):
             found = Found(jnp.asarray(False), end, end, none, jnp.zeros(events.total), c.truths, (), c.end_sample, end)
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
-        instant = hold(instant)
+        instant = held(instant)
         is_there = meets & (instant <= stop + 2.0 * short)
         # Just after all due times, where the equations have changed.
         t = jnp.where(is_there, instant + args.tick(instant), stop)
@@ -187,9 +187,9 @@ class StepLoop(Steps):
         rate_correction = None
         if events.is_searched and path.correction is not None:
             early = path.moving_point(before)
-            theta = share(*hold((path.inner, before)))
+            theta = share(*held((path.inner, before)))
             there = corrected(path.correction, path.inner, there, found.shift[0], theta, *early)
-            rate_correction = _rate_correction(*hold((path, t, found.shift[1])))
+            rate_correction = _rate_correction(*held((path, t, found.shift[1])))
         y = self.projected(jnp.where(is_cut, time, t1), jnp.where(is_cut, there, y1))
         t = jnp.where(is_cut, time, t1)
 

@@ -82,7 +82,7 @@ class Settings:
 
     @property
     def read_by_indicators(self) -> set[int]:
-        """The leaves that the event margins read."""
+        """The leaves that the event indicators read."""
         events = self.system.events
         return {leaf for part in (events and events.indicators, self.stop) if part for leaf in part.leaves}
 

@@ -1,4 +1,4 @@
-"""Schematic of a schematic: places of glyphs, and lines between them."""
+"""Layout of a schematic: places of glyphs, and lines between them."""
 
 import dataclasses
 import itertools

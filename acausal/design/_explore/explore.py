@@ -42,7 +42,6 @@ def explore(
       model. It passes `save` on to `simulate`: "end" for results and gradients, "steps" for the curves.
     - `constraints`: a function and its limit by name, as in `optimise`.
     - `curves` and `units`: items and units of the curves, as in `Solution.plot`.
-
     - `held`: names of free parameters that the search for an optimum keeps, unless the app or the call frees them.
 
     Raises `ModelError` for an invalid problem, and `ParameterError` for bounds, units and starts.

@@ -71,7 +71,8 @@ def serve(choices: Mapping[str, Callable[[], "Explorer[Any]"]], *, port: int = 0
     thread.start()
     url = f"http://{HOST}:{place.getsockname()[1]}/?{urllib.parse.urlencode({'design': next(iter(choices))})}"
     found = App(url, server, thread)
-    # Before Python waits for the threads of the sessions; functions of `atexit` run only after that.
+    # Sessions need executors to close, which Python stops when the main thread ends. Functions of `atexit`, and threads
+    # that join the main thread, run only after that.
     threading._register_atexit(found.close)  # pyright: ignore[reportAttributeAccessIssue]
     if browser:
         webbrowser.open(url)
