@@ -91,8 +91,8 @@ def report(
 
         report("Two gears", {"Runs": compare(runs, "load.w"), "Fast": fast, "Limits": Table(heads, rows)}, "gears.html")
 
-    - `parts`: contents by heading. A content is a text, a `Table`, a `Picture`, a figure or axes of matplotlib, a
-      result with an `html` method, such as a solution or a design, or a sequence of these.
+    - `parts`: contents by heading. A content is a text, a `Table`, a `Picture`, a diagram, a figure or axes of
+      matplotlib, a result with an `html` method, such as a solution or a design, or a sequence of these.
     - `about`: the introduction; blank lines separate its paragraphs.
     - `command`: the command that made the report, for the footer.
 
@@ -143,6 +143,8 @@ def _content(content: Any, heading: str, level: int) -> Iterator[str]:
         yield _table(content)
     elif isinstance(content, Picture):
         yield _image(content, heading)
+    elif hasattr(content, "_repr_svg_"):
+        yield _image(Picture(content._repr_svg_().encode(), ""), heading)
     elif isinstance(content, str):
         yield f"<pre>{html.escape(content)}</pre>" if content else ""
     elif hasattr(content, "_report"):
@@ -156,8 +158,8 @@ def _content(content: Any, heading: str, level: int) -> Iterator[str]:
             yield from _content(one, heading, level)
     else:
         raise ModelError(
-            f"report: {heading!r} holds a {type(content).__name__}. Pass a text, a Table, a Picture, a figure, a "
-            "result with an html method, or a list of these; str(...) is the text of anything else."
+            f"report: {heading!r} holds a {type(content).__name__}. Pass a text, a Table, a Picture, a diagram, a "
+            "figure, a result with an html method, or a list of these; str(...) is the text of anything else."
         )
 
 

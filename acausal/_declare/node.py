@@ -196,7 +196,7 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         return ()
 
     @classmethod
-    def states_requirements(cls) -> bool:
+    def _states_requirements(cls) -> bool:
         """Whether the class states requirements of its own."""
         return cls.requirements is not Node.requirements
 

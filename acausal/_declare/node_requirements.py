@@ -74,7 +74,7 @@ def broken(node: Any) -> Iterator[str]:
     """The violated requirements of a node itself, with the values, as far as its parameters are known."""
     yield from out_of_range(node)
     # With traced parameters, the run reports a violation as its result: a value tried under grad must not raise.
-    if type(node).states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
+    if type(node)._states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
         fields = parameters_of(type(node))
         # Known numbers are compared immediately, even while another function is traced. A requirement may
         # divide by an inadmissible number.

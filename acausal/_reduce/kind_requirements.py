@@ -37,7 +37,7 @@ def own_records(node: Node, path: str = "") -> Iterator[tuple[str, Node]]:
 def is_held_to(node: Node) -> bool:
     """Whether a node has requirements on its parameters."""
     cls: Any = type(node)
-    return bool(parameters_of(cls)) or cls.states_requirements()
+    return bool(parameters_of(cls)) or cls._states_requirements()
 
 
 @dataclasses.dataclass(frozen=True, eq=False)

@@ -95,7 +95,7 @@ class Diagram:
 
 
 def diagram(model: Component | Solution[Any], depth: int | None = 1, *, links: str = "") -> Diagram:
-    """The components of a model and their connections, coloured by domain.
+    """A schematic of a model: its components and connections, coloured by domain.
 
     `depth`: the number of levels of parts shown; 1 shows the parts of the model itself, None shows all parts that
     have no parts. An array of components is one box. A domain is the package of the class of a port. For a solution,

@@ -19,6 +19,7 @@ from ._pages import Pages, SiteError
 from ._tables import table
 
 WIDTH = 100
+PYTREE = ("tree_flatten", "tree_unflatten")  # jax calls these methods; users do not
 _GROUP = re.compile(r"^(?P<title>\S.*):\n(?P<lines>(?:    .*\n?)+)", re.MULTILINE)
 _LINE = re.compile(r"^    (?P<names>\w+\*?(?:,\s+\w+\*?)*)\s+(?P<text>\S.*(?:\n     .*)*)", re.MULTILINE)
 
@@ -154,7 +155,7 @@ def _methods(cls: Any, path: str) -> Iterator[str]:
     for name, raw in found.items():
         item = raw.__func__ if isinstance(raw, classmethod | staticmethod) else raw
         head = f"#### {name} {{ #{path}.{name} }}\n"
-        if name.startswith("_") or not getattr(item, "__doc__", None):
+        if name.startswith("_") or name in PYTREE or not getattr(item, "__doc__", None):
             continue
         if isinstance(item, property):
             yield f"{head}\n{inspect.getdoc(item)}\n"

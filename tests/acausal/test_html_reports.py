@@ -1,5 +1,6 @@
 """HTML reports: well formed, complete, with units, and without anything from elsewhere."""
 
+import base64
 import html.parser
 import re
 from importlib.metadata import version
@@ -12,7 +13,19 @@ import numpy as np
 import pytest
 from _models import rc
 
-from acausal import EventLog, ModelError, Picture, Solution, Table, parameters, quantity, replace, report, simulate
+from acausal import (
+    EventLog,
+    ModelError,
+    Picture,
+    Solution,
+    Table,
+    diagram,
+    parameters,
+    quantity,
+    replace,
+    report,
+    simulate,
+)
 from acausal._integrate.results.solution_report import event_table
 
 pytest.importorskip("matplotlib")
@@ -140,6 +153,15 @@ def test_a_batch_is_refused(charged: Solution[Any]) -> None:
 def test_other_contents_are_refused() -> None:
     with pytest.raises(ModelError, match="'Number' holds a Quantity"):
         report("Wrong", {"Number": quantity(1.0, "bar")})
+
+
+def test_a_diagram_is_a_picture() -> None:
+    page = Page(report("One", {"Schematic": diagram(rc())}))
+    assert ("alt", "Schematic") in page.attributes
+    assert (
+        "src",
+        f"data:image/svg+xml;base64,{base64.b64encode(diagram(rc()).svg.encode()).decode()}",
+    ) in page.attributes
 
 
 def test_picture_of_a_png() -> None:

@@ -128,7 +128,7 @@ def test_wrong_names_are_told(free: Any, said: str) -> None:
         ((0.02, 0.02), "must be below"),
         (("15 K", "25 mm"), r"a\.bore is in m.*given in"),
         (("fifteen", 1.0), "'fifteen' is not a number with a unit"),
-        (("30 mm", "40 mm"), r"a\.bore starts from 20 mm, outside its bounds 30 to 40 mm"),
+        (("30 mm", "40 mm"), r"a\.bore is 20 mm, outside its bounds 30 to 40 mm"),
         ((0.01, 0.02, 0.03), "bounds must be a pair"),
         (0.02, "bounds must be a pair"),
         (([0.01, 0.02], 0.03), "2 bounds are given for 1 numbers"),

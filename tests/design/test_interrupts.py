@@ -85,7 +85,7 @@ def test_a_search_reports_its_first_failures_and_how_far_it_is(
     optimise(GearedLoad(), {"ratio": (2.0, 100.0)}, {"time": time}, start={"ratio": 50.0})
     lines = capsys.readouterr().err.splitlines()
     assert lines[0] == "design 1 failed: time is inf, ratio = 50"
-    assert lines[1].startswith("1 designs, 1 failed, ")
+    assert lines[1].startswith("1 design, 1 failed, ")
     assert sum("failed:" in line for line in lines) == 5
     optimise(GearedLoad(), {"ratio": (2.0, 100.0)}, {"time": time}, start={"ratio": 50.0}, progress=False)
     assert capsys.readouterr().err == ""

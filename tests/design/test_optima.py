@@ -210,7 +210,7 @@ def test_picture_has_a_panel_each_for_objective_variables_and_margins() -> None:
         (dict(method="simplex"), "method='simplex' is not known"),
         (dict(starts=0), "starts"),
         (dict(start={"ratios": 3.0}), "'ratios' is not a free parameter. Did you mean ratio"),
-        (dict(start={"ratio": 300.0}), "ratio starts from 300, outside its bounds 2 to 100"),
+        (dict(start={"ratio": 300.0}), "ratio is 300, outside its bounds 2 to 100"),
         (dict(start=3.0), "start must be a dictionary"),
         (dict(scenarios={"a": {"J": 3.0}}), "no parameter or start value 'J'"),
     ],

@@ -50,6 +50,8 @@ def test_an_entry_has_signature_docstring_and_methods(pages: Pages) -> None:
     assert "- `until(s)`: a real function of the variables" in text
     assert "#### plot { #acausal.Solution.plot }" in text
     assert "### positive { #acausal.positive }\n\nOptions of an annotation: the admissible range.\n" in text
+    assert "tree_flatten" not in text
+    assert "states_requirements" not in text
     assert "studies" in GROUPS
     assert "### opening_time { #studies.opening_time }" in pages.texts["reference/studies.md"]
 

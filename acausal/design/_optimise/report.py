@@ -46,7 +46,8 @@ class ProgressReport:
             print(f"design {evaluator.evaluations} failed: {text}", file=sys.stderr)
         if now - self._said >= EVERY:
             self._said, rate = now, evaluator.evaluations / (now - self._began)
-            count = f"{evaluator.evaluations} designs, {evaluator.failures} failed"
+            plural = "" if evaluator.evaluations == 1 else "s"
+            count = f"{evaluator.evaluations} design{plural}, {evaluator.failures} failed"
             print(f"{count}, {rate:.3g} per s, {now - self._began:.0f} s", file=sys.stderr)
 
 

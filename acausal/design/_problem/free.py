@@ -49,11 +49,11 @@ class Variable(NamedTuple):
     size: float = 1.0
 
     def checked(self, value: float) -> float:
-        """The start value. Raises `ParameterError` if it is outside the bounds."""
+        """The value. Raises `ParameterError` if it is outside the bounds."""
         if not self.low <= value <= self.high:
             raise ParameterError(
-                f"{self.name} starts from {self.text(value)}, outside its bounds "
-                f"{span_text(self.low, self.high, self.scale)}. Widen them, or start from another value."
+                f"{self.name} is {self.text(value)}, outside its bounds "
+                f"{span_text(self.low, self.high, self.scale)}. Widen them, or choose another value."
             )
         return value
 
