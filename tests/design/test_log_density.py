@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from _problems import GearedLoad
 
+from acausal import ArgumentError
 from acausal.design import Experiment, Fit, Normal, identify
 
 MEASURED, SIGMA = {"time": 0.31, "speed": 190.0}, {"time": 0.01, "speed": 5.0}
@@ -56,6 +57,16 @@ def test_outside_the_bounds_the_density_is_zero(fit: Fit[GearedLoad]) -> None:
         value, slopes = jax.value_and_grad(fit.log_density)(jnp.array(x))
         assert value == -jnp.inf
         assert np.all(np.isfinite(slopes))
+
+
+def test_a_point_that_is_not_a_number_has_no_density(fit: Fit[GearedLoad]) -> None:
+    assert fit.log_density([jnp.nan, 0.3]) == -jnp.inf
+
+
+@pytest.mark.parametrize("x", [0.1, [0.1], [[0.03, 0.3]], [0.03, 0.3, 1.0]], ids=["number", "one", "batch", "three"])
+def test_a_point_of_another_shape_is_refused(fit: Fit[GearedLoad], x: Any) -> None:
+    with pytest.raises(ArgumentError, match=r"log_density takes a vector of 2 numbers \(J_load, torque\)"):
+        fit.log_density(x)
 
 
 @pytest.mark.slow

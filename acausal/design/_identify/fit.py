@@ -9,7 +9,7 @@ import numpy as np
 from jax import Array
 
 from ..._analyse.table import aligned
-from ..._errors import UnknownNameError, suggestion
+from ..._errors import ArgumentError, UnknownNameError, suggestion
 from ..._extras import Axes, Panels
 from ..._report import Table, drawn, model_parts, report
 from .estimate import Estimate, M
@@ -43,11 +43,20 @@ class Fit(Estimate[M]):
 
         `x` is in the order of `names`. The density is zero, and its logarithm -inf, outside the bounds. jax can
         compile and differentiate it, so that it is the argument of samplers: its gradient costs a run with forward
-        derivatives. Estimated noise counts as known. A run that fails gives a density of practically zero.
+        derivatives. Estimated noise counts as known. A run of an experiment that fails gives a density of practically
+        zero. A function of the model that simulates raises the error of a failed run, unless it passes `throw=False`
+        and returns values that are not finite.
+
+        Raises `ArgumentError` unless `x` has one number for each parameter.
         """
         x = jnp.asarray(x, float)
+        if x.shape != (len(self.names),):
+            raise ArgumentError(
+                f"log_density takes a vector of {len(self.names)} numbers ({', '.join(self.names)}), got the shape "
+                f"{x.shape}. For several points, use jax.vmap."
+            )
         inside = jnp.all((x >= self._free.low) & (x <= self._free.high))
-        within = jnp.clip(x, self._free.low, self._free.high)
+        within = jnp.clip(jnp.where(jnp.isnan(x), 0.0, x), self._free.low, self._free.high)
         found = self._problem.log_density(self._free.scaled(within))
         return jnp.where(inside, found, -jnp.inf)
 

@@ -71,7 +71,8 @@ class FitProblem(eqx.Module):
 
         @jax.custom_jvp
         def value(z: Array) -> Array:
-            return -0.5 * jnp.sum(self.residuals(z) ** 2)
+            residuals = self.residuals(z)
+            return -0.5 * jnp.sum(jnp.where(jnp.all(jnp.isfinite(residuals)), residuals, REFUSED) ** 2)
 
         @value.defjvp
         def derivative(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
