@@ -78,6 +78,7 @@ def test_numbers_of_a_model(entry: str) -> None:
         ENTRIES[entry](NAN)
 
 
+@pytest.mark.thorough
 def test_start_values_that_are_no_numbers() -> None:
     """While a component is built, and as a result where the number is not known."""
     for start in (np.nan, np.inf, jnp.asarray(np.nan)):

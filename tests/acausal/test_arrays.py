@@ -162,6 +162,7 @@ class Accelerations(Component):
         return dict(first=eq(self.first, masses[0].w), total=eq(self.total, jnp.sum(masses.item.w)))
 
 
+@pytest.mark.thorough
 def test_equations_read_derivatives_in_an_array_of_parts() -> None:
     end: Any = simulate(Accelerations(chain=chain(3, 1.0)), 1.0, save="end", rtol=1e-9).final
     torques = end.chain.springs.item.tau

@@ -107,6 +107,7 @@ class Valve(Component):
         )
 
 
+@pytest.mark.thorough
 def test_transformer_of_a_cam_is_its_slope() -> None:
     disc = EccentricDisc(eccentricity=5e-3, radius=20e-3)
     model = Valve(inertia=Inertia(J=1e-4), cam=Cam(profile=disc), mass=Mass(m=0.2), spring=Spring(c=1e3))

@@ -89,6 +89,7 @@ class Island(Component):
         )
 
 
+@pytest.mark.thorough
 def test_inductors_as_the_only_links_carry_one_current() -> None:
     island = Island(
         source=ConstantVoltage(V=5.0),

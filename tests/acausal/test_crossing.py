@@ -134,6 +134,7 @@ def test_short_peaks_of_a_solution() -> None:
     np.testing.assert_allclose(first, arc / w, rtol=1e-3)
 
 
+@pytest.mark.thorough
 def test_a_crossing_function_that_is_infinite_is_looked_at_once() -> None:
     """As that of a stop on one side only, whose other side is infinitely far away."""
     times: list[float] = []

@@ -30,6 +30,7 @@ def _solution(matrix: Any, constant: Any, no_matrix: np.ndarray, no_constant: np
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("n", range(1, SMALL + 1))
 def test_solution(n: int) -> None:
     for seed in range(10):

@@ -129,6 +129,7 @@ def test_account_of_a_drive_closes() -> None:
     assert jax.tree.map(float, jax.jit(lambda x: x)(account.stored)) == jax.tree.map(float, account.stored)
 
 
+@pytest.mark.thorough
 def test_damped_oscillator_loses_what_it_stored() -> None:
     sol = simulate(oscillator(m=2.0, c=50.0, d=4.0, s0=0.03), 40.0, energy=True, save="end", rtol=1e-11)
     np.testing.assert_allclose(sol.energy.dissipated["link"], 0.5 * 50.0 * 0.03**2, rtol=1e-8)

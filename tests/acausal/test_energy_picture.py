@@ -30,6 +30,7 @@ def test_flows_are_sorted_by_where_they_come_from_and_go_to() -> None:
     assert sum(flow.amount for flow in came) == pytest.approx(sum(flow.amount for flow in went))
 
 
+@pytest.mark.thorough
 def test_bands_are_as_wide_as_their_amounts() -> None:
     account = simulate(rc(), 0.5, energy=True).energy
     ax = account.plot()

@@ -226,6 +226,7 @@ def test_rebound_that_dies_out_ends_in_a_named_result() -> None:
     np.testing.assert_allclose(end, impacts(0.8, 400)[-1], rtol=1e-5)
 
 
+@pytest.mark.thorough
 def test_chattering_ends_in_a_named_result() -> None:
     sol = simulate(Relay(), 3.0, throw=False)
     assert sol.result == Result.events_accumulate

@@ -153,6 +153,7 @@ def check_unknown(form: Form, i: int, slope: float) -> None:
             assert int(np.sign(slope)) in coefficient.signs
 
 
+@pytest.mark.thorough
 @settings(max_examples=300, deadline=None, derandomize=True)
 @given(expressions, st.integers(0, N_UNKNOWNS - 1), st.integers(0, N_UNKNOWNS - 1))
 def test_coefficients_depend_on_nothing_else(e: Expression, i: int, moved: int) -> None:

@@ -47,6 +47,7 @@ class Loop(Component):
         return connect(self.a.p, self.b.p, self.r.p), connect(self.a.n, self.b.n, self.r.n, self.ground.p)
 
 
+@pytest.mark.thorough
 def test_loop_of_capacitors() -> None:
     """The two have one voltage, which is one state; the start value given for one holds for both."""
     model = Loop(a=Capacitor(C=1e-3), b=Capacitor(C=3e-3, v=2.0), r=Resistor(R=50.0))

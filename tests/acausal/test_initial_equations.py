@@ -292,6 +292,7 @@ class Filled(Component):
         return dict(filled=eq(self.vessel.y.value, self.level))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("level", "is_on", "then"), [(4.0, 0.0, 0.0), (4.0, 1.0, 1.0), (3.0, 0.0, 1.0), (5.0, 1.0, 0.0)]
 )

@@ -64,6 +64,7 @@ def test_conditions() -> None:
     assert float(simulate(start, 1e-3)["spring.tau"][0]) == pytest.approx(10.0, rel=1e-12)
 
 
+@pytest.mark.thorough
 def test_what_conditions_leave_open_stays() -> None:
     """The current keeps the start value that is given; the angle, of which none is, that of its class."""
     model = replace(drive, {"motor.inductor.i": 5.0})

@@ -38,6 +38,7 @@ def test_no_call_of_lapack_is_compiled() -> None:
     assert "custom_call" not in jax.jit(least_squares).lower(jnp.ones((4, 2)), jnp.ones((4, 1))).as_text()
 
 
+@pytest.mark.thorough
 def test_derivatives_are_those_of_the_pseudo_inverse() -> None:
     rng = np.random.default_rng(2)
     a, change = rng.normal(size=(2, 5, 3))

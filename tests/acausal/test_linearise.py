@@ -231,6 +231,7 @@ def test_time_of_a_view() -> None:
     assert float(linearise(model, t=0.7)._point.t) == 0.7  # pyright: ignore[reportOptionalMemberAccess]
 
 
+@pytest.mark.thorough
 def test_no_states() -> None:
     model = Divider(source=ConstantVoltage(V=6.0), a=Resistor(R=1.0), b=Resistor(R=2.0))
     system = linearise(model, inputs=["source.V"], outputs=["b.v"])

@@ -80,11 +80,13 @@ def test_events_that_are_refused(name: str) -> None:
         simulate(Holder(part=Rising(stated=stated)), 1.0)
 
 
+@pytest.mark.thorough
 def test_times_may_be_a_list_with_variables() -> None:
     model = Rising(stated=lambda s: dict(e=at(TIMES(s), mode=s.mode + 0.125)))
     assert simulate(model, 0.7, save="end").final.mode == 0.25
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     "condition",
     [

@@ -36,6 +36,7 @@ M = np.diag([2.0, 1.0])
 STIFFNESS = np.array([[400.0, -100.0], [-100.0, 100.0]])
 
 
+@pytest.mark.thorough
 def test_two_masses() -> None:
     """Frequencies and shapes of M x'' + K x = 0."""
     modes = linearise(two_mass()).modes
@@ -262,6 +263,7 @@ class HeavyBob(Component):
         return (connect(self.bob.height, self.weight.flange),)
 
 
+@pytest.mark.thorough
 def test_system_with_invariants() -> None:
     """Two poles at the pendulum's frequency remain of four, and its energy is shared along the circle."""
     model = HeavyBob(bob=Bob(L=LENGTH, x=0.0, y=-LENGTH, u=0.0), weight=Weight())

@@ -117,6 +117,7 @@ def test_members_of_a_batch_are_refused_one_by_one() -> None:
     assert sols.t1[1] == INF
 
 
+@pytest.mark.thorough
 def test_times_of_every_kind() -> None:
     wanted = simulate(rc(), 1.0).final.c.v
     for t1 in (1, np.float32(1.0), np.int64(1), jnp.ones((), jnp.float32), quantity(1000.0, "ms")):

@@ -166,6 +166,7 @@ def test_known_and_traced_runs_show_the_same() -> None:
         np.testing.assert_allclose(np.stack(read(E0, save)), np.stack(traced), atol=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.filterwarnings("error")
 def test_times_after_a_stop_are_left_out_without_a_warning() -> None:
     solution = simulate(flight(E0), 2.0, until=lambda s: s.h - 0.5, save=np.array([0.0, 0.1, 1.0, 2.0]))

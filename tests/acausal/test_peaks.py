@@ -64,6 +64,7 @@ def test_derivatives_of_value_and_time(derivative: Any) -> None:
     np.testing.assert_allclose(derivative(both)(jnp.array([C, D])), exact, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_peak_is_that_of_the_dense_solution() -> None:
     model = replace(oscillator(s0=S0), {"link.c": C, "link.d": D})
     solution = simulate(model, 3.0, peaks=speeds, rtol=1e-4, save="dense")

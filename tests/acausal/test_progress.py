@@ -65,6 +65,7 @@ CALLS: dict[str, tuple[Callable[[], Any], str]] = {
 }
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("call", CALLS)
 def test_what_is_compiled_is_said_the_first_time(terminal: Terminal, call: str) -> None:
     function, subject = CALLS[call]

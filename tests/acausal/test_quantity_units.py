@@ -75,6 +75,7 @@ def test_traced_values() -> None:
     np.testing.assert_allclose(jax.vmap(inertia)(jnp.array([1.0, 2.0])), [1e-7, 2e-7])
 
 
+@pytest.mark.thorough
 def test_replacing() -> None:
     model = replace(rc(), {"c.C": quantity(2.0, "mF"), "c.v": quantity(500, "mV")})
     assert float(model.c.C) == pytest.approx(2e-3)

@@ -166,6 +166,7 @@ def _result(model: Any, throw: bool) -> Any:
     return simulate(model, 0.1, save="end", throw=throw).result
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("case", CASES)
 def test_under_jit_it_is_a_result(case: str) -> None:
     where, value, message = CASES[case]

@@ -93,6 +93,7 @@ def test_order_of_step_and_dense_output(method, problem):
     assert np.all(orders(dense) > dense_order - 0.45)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("method", "bound", "order"), [(Rodas5P, 2e-11, 2.9), (Rodas3P, 2e-8, 1.9)])
 def test_order_on_a_stiff_problem(method, bound, order):
     end, _ = errors(method(), STIFF, [16, 32, 64])
@@ -182,6 +183,7 @@ def test_pivots_follow_nominal_sizes(n, rows, columns):
     np.testing.assert_allclose(solve(jnp.asarray(rows * (matrix @ x))) * columns, x, rtol=1e-13)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("n", [3, LARGEST_INVERSE + 1])
 def test_linear_solver_derivatives(n):
     rng = np.random.default_rng(0)
@@ -349,6 +351,7 @@ def test_member_of_a_batch_that_ends_early_keeps_its_derivative():
         np.testing.assert_allclose(slope(jnp.full(2, stiffness))[1], expected, rtol=1e-6)
 
 
+@pytest.mark.thorough
 def test_derivative_with_respect_to_the_mass():
     """m y' = -y has y(1) = exp(-1/m), and the derivative exp(-1/m) / m^2."""
 

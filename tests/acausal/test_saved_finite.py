@@ -51,6 +51,7 @@ class Wave(Component):
         return dict(never=at(self.due, v=0.0))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("save", ["steps", "dense", NEGATIVE], ids=["steps", "dense", "times"])
 def test_a_saved_value_that_is_not_finite_is_a_failure(save: Any) -> None:
     assert simulate(Wave(), END, save=save, throw=False).result == Result.not_finite

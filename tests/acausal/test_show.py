@@ -203,6 +203,7 @@ def test_panels_by_unit(charge: Solution[RC]) -> None:
     plt.close("all")
 
 
+@pytest.mark.thorough
 def test_several_runs(charge: Solution[RC]) -> None:
     other = simulate(rc(R=50.0), 0.1, save=TIMES)
     axes = compare({"slow": charge, "fast": other}, "c.v", {"heat": lambda s: s.r.v * s.r.i})

@@ -26,6 +26,7 @@ TIMES = np.linspace(0.0, 0.25, 6)
 CHARGE = 5.0 * (1.0 - np.exp(-10.0 * TIMES))
 
 
+@pytest.mark.thorough
 def test_rc_charges() -> None:
     sol = simulate(rc(), 0.25, save=TIMES, rtol=1e-10)
     np.testing.assert_allclose(sol.ts, TIMES)
@@ -136,6 +137,7 @@ def test_stop_direction(direction: Any, expected: float) -> None:
     np.testing.assert_allclose(sol.final.mass.a.s, 0.5, atol=1e-9)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("direction", "expected"), [("up", Result.stopped), (None, Result.stopped), ("down", Result.never_stopped)]
 )
@@ -161,6 +163,7 @@ def test_stops_of_a_batch() -> None:
     np.testing.assert_allclose(slopes, np.where(is_stopped, 1e-3 * np.log(2.0), 0.0), rtol=1e-7)
 
 
+@pytest.mark.thorough
 def test_condition_that_jumps() -> None:
     """A condition that changes sign by a jump is met where it jumps."""
     sol = simulate(rc(), 1.0, until=lambda s: jnp.where(s.c.v > 1.0, 1.0, -1.0), rtol=1e-9, save="end")
@@ -221,6 +224,7 @@ def test_vmap_equals_loop() -> None:
     np.testing.assert_allclose(stop_times(points), [jitted_stop_time(p) for p in points], rtol=1e-12)
 
 
+@pytest.mark.thorough
 def test_filter_grad_over_the_model() -> None:
     def at_end(model: RC) -> Any:
         return simulate(model, 0.1, save="end", rtol=1e-10).final.c.v

@@ -175,6 +175,7 @@ def test_a_column_with_the_name_of_the_time_is_labelled(charge: Solution) -> Non
         charge.to_xarray(column)
 
 
+@pytest.mark.thorough
 def test_a_batch_is_exported_run_by_run() -> None:
     sols = jax.vmap(lambda V: simulate(rc(V=V), 0.1, save="end"))(jnp.array([1.0, 5.0]))
     with pytest.raises(ModelError, match="batch"):

@@ -84,6 +84,7 @@ class Robertson(Component):
         return {name: eq(left, right, check_units=False) for name, (left, right) in rates.items()}
 
 
+@pytest.mark.thorough
 def test_the_first_steps_of_a_long_run_may_be_short() -> None:
     """The smallest step is measured by the time since the start, not by the whole run."""
     end = simulate(Robertson(), 4e10, rtol=1e-8, nominal={"b": 1e-6}, save="end").final

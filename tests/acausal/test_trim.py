@@ -248,6 +248,7 @@ def test_value_outside_its_range() -> None:
     np.testing.assert_allclose(initialise(Leak(), ends_at(1.0), steady=True, solve_for=["b"]).b, 0.0, atol=1e-12)
 
 
+@pytest.mark.thorough
 def test_more_conditions_than_parameters() -> None:
     def two(s: Any, d: Any) -> dict[str, Any]:
         return dict(low=eq(s.x, 1.0), high=eq(s.x, 2.0))

@@ -24,6 +24,7 @@ def wire_transformer(source: Any, resistor: Any, transformer: Any, load: Any, gr
     )
 
 
+@pytest.mark.thorough
 def test_transformer() -> None:
     """A step on the primary side: [[L1, M], [M, L2]] di/dt = (V - R1 i1, -R2 i2)."""
     coils = np.array([[1.3, 0.7], [0.7, 0.9]])
@@ -75,6 +76,7 @@ def wire_bridge(supply: Any, bridge: Any, motor: Any, duty: Any, ground: Any) ->
     )
 
 
+@pytest.mark.thorough
 def test_averaged_bridge_draws_the_power_it_gives() -> None:
     """At rest, the motor draws duty V / R and the supply delivers duty times that."""
     motor = electrical.DCMotor(R=0.5, k=0.1, J=1e-3)
@@ -127,6 +129,7 @@ def test_charge_of_variable_capacitor_and_flux_of_variable_inductor(part: Compon
     assert abs(solution.energy.imbalance) < 1e-6
 
 
+@pytest.mark.thorough
 def test_variable_resistor() -> None:
     rig = Rig(
         parts=(ConstantVoltage(V=6.0), Resistor(R=1.0), electrical.VariableResistor(), blocks.Clock(), Ground()),
@@ -197,6 +200,7 @@ def wire_voice_coil(source: Any, resistor: Any, emf: Any, mass: Any, ground: Any
     return (*wire_series(source, resistor, emf, ground), connect(emf.rod, mass.a))
 
 
+@pytest.mark.thorough
 def test_voice_coil_accelerates_a_mass() -> None:
     """v = V / k (1 - exp(-k^2 t / (R m)))."""
     parts = (

@@ -164,6 +164,7 @@ def test_crank_and_slider() -> None:
         rotational.CrankSlider(crank=0.04, rod_length=0.05, offset=-0.02)
 
 
+@pytest.mark.thorough
 def test_lever_bearing_and_coupling() -> None:
     lever = translational.Lever(arm_a=0.2, arm_b=0.5)
     check_law(lever, {"a.s": 0.01, "a.f": 100.0}, {"b.s": -0.025, "b.f": 40.0})
@@ -333,6 +334,7 @@ def test_a_hollow_stretch_has_no_least_radius() -> None:
     assert float(follower.least_radius(profile, 0.1, 0.2)) == np.inf
 
 
+@pytest.mark.thorough
 def test_followers_are_differentiable() -> None:
     def pressure(roller: Any, height: Any) -> Any:
         profile = RiseDwellReturn(motion=Cycloidal(), height=height, rise=BETA, dwell=0.5, fall=BETA)

@@ -83,6 +83,7 @@ F, W = 0.4, 2.0 * np.pi * 0.4
 SINE, COSINE = np.sin(W * np.asarray(TIMES)), np.cos(W * np.asarray(TIMES))
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("drive", "position", "rate", "acceleration"),
     [

@@ -223,6 +223,7 @@ def wire_lugre(drive: Any, friction: Any) -> Connections:
     return (connect(drive.flange, friction.flange),)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("w", [0.05, -2.0])
 def test_lugre_slides_with_its_level(w: float) -> None:
     """Steady sliding: g(w) sign(w) + C w."""

@@ -60,6 +60,7 @@ def test_beyond_the_current_limit_the_voltage_alone_bounds_the_torque() -> None:
     np.testing.assert_allclose([found.d, torque], [-200.0, 6.0 * 0.012 * 13.5 / (4000.0 * 60e-6)], rtol=1e-12)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("share", [0.075, 0.2, 0.5, 0.8])
 @pytest.mark.parametrize("speed", [1.0, 1.2, 2.0, 4.0])
 def test_weak_magnets_and_much_reluctance(share: float, speed: float) -> None:
@@ -346,6 +347,7 @@ def test_a_bridge_takes_back_the_duty_at_the_limit_of_the_current() -> None:
     check_law(bridge, given, {"m": m, "v2": 24.0 * m - 0.02 * i, "i1": m * i})
 
 
+@pytest.mark.thorough
 def test_a_solenoid_gives_the_force_of_its_data_sheet_and_stores_its_work() -> None:
     coil = electrical.DataSheetSolenoid(R=7.0, L_0=0.1, rated=2.0, positions=[0.0, 1e-3, 3e-3], forces=[5.0, 5.0, 5.0])
     given: dict[str, Any] = {"i": [2.0, 1.0], "rod.s": [2e-3, 0.5e-3]}

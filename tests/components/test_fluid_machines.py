@@ -56,6 +56,7 @@ def _bootstrapped(flow: Part, signal: Part, tank: Part, high: Part) -> Connectio
     )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("amplitude", "text"), [(-1e-3, "the tank is empty"), (1e-3, "the tank is full")])
 def test_bootstrap_tanks_have_ends(amplitude: float, text: str) -> None:
     tank = BootstrapTank(area=0.01, pilot_area=2e-4, stroke=0.02, s=0.01)

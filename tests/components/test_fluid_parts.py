@@ -80,6 +80,7 @@ def test_fittings() -> None:
     assert (float(jnp.asarray(entry.zeta_ab)), float(jnp.asarray(entry.zeta_ba))) == (0.5, 1.0)
 
 
+@pytest.mark.thorough
 def test_drilled_passage() -> None:
     """Hagen and Poiseuille along it and 1.2 rho/2 v^2 for each corner, in both directions."""
     passage = DrilledPassage(diameter=4e-3, length=0.1, corners=2.0, liquid=OIL)
@@ -93,6 +94,7 @@ def test_drilled_passage() -> None:
         DrilledPassage(diameter=4e-3, length=0.0, corners=2.0, liquid=OIL)
 
 
+@pytest.mark.thorough
 def test_end_cushion() -> None:
     """Away from the end it is the orifice; half-way, half of it and half of the gap; at the end, the gap."""
     cushion = EndCushion(gap=1e-7, length=0.01, end=0.3, sense=-1.0, **HOLE)
@@ -103,6 +105,7 @@ def test_end_cushion() -> None:
         EndCushion(gap=1e-7, length=0.01, sense=2.0, **HOLE)
 
 
+@pytest.mark.thorough
 def test_filter_and_its_bypass() -> None:
     """The element alone up to the cracking pressure; beyond it the bypass helps."""
     filter_ = Filter(
@@ -121,6 +124,7 @@ def test_tee() -> None:
     assert float(jnp.asarray(turned)) == pytest.approx(1.2)
 
 
+@pytest.mark.thorough
 def test_poppet_under_pressure_and_flow_force() -> None:
     """Lift and pressure at three flows balance a spring of 400 N + 40 kN/m x; a moving poppet displaces liquid."""
     valve = PoppetValve(seat=4e-5, width=0.0126, stroke=1e-3, density=860.0, transition_pressure=1.0)
@@ -178,6 +182,7 @@ def test_underlap_and_leakage() -> None:
         check_law(valve, given, {"q_pa": supply * np.sqrt(5e6), "q_at": drain * np.sqrt(4e6)}, rtol=1e-9)
 
 
+@pytest.mark.thorough
 def test_pressure_valves() -> None:
     """The targets of the openings, at half of the band and beyond it."""
     rated: dict[str, Any] = RATED | dict(band=1e6, tau=1e-3)
@@ -256,6 +261,7 @@ def test_compensated_pump_on_its_curve() -> None:
     check_law(pump, {"w": 157.0, "a.p": 0.0, "b.p": p, "x": x}, {"q": q, "der(x)": 0.0}, rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.thorough
 def test_gas_accumulator_laws() -> None:
     """Precharged to 50 bar (absolute here), 0.5 l, with 0.1 to 0.3 l in it: isothermal, adiabatic, polytropic."""
     V = np.array([1e-4, 2e-4, 3e-4])

@@ -36,6 +36,7 @@ def _held(cylinder: Part, mass: Part, spring: Part, wall: Part) -> Connections:
     return connect(cylinder.flange, mass.a, spring.b), connect(spring.a, wall.flange)
 
 
+@pytest.mark.thorough
 def test_natural_frequency_of_a_differential_cylinder() -> None:
     """sqrt((K (A_a^2/V_a + A_b^2/V_b) + c)/m) with the valve shut: at the ends, in the middle, and where it is least,
     V_b/V_a = (A_b/A_a)^1.5 (Merritt, `Hydraulic Control Systems`, ch. 6); figures of an independent program.

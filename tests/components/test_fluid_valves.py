@@ -120,6 +120,7 @@ def test_six_way_valve(u: float, bypass: float) -> None:
 EDGE = MeteringEdge(width=0.03, stroke=1e-3, density=860.0, lap=1e-4, transition_pressure=1e-2)
 
 
+@pytest.mark.thorough
 def test_flow_force_on_a_spool() -> None:
     """0.43 width y dp for a sharp edge: 2 C_d C_v cos 69 degrees (Merritt, ch. 5). It closes, however the oil flows."""
     assert 2.0 * 0.61 * 0.98 * np.cos(np.deg2rad(69.0)) == pytest.approx(0.43, abs=2e-3)

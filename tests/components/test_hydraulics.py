@@ -52,6 +52,7 @@ class Brake(Component):
         )
 
 
+@pytest.mark.thorough
 def test_pushing_the_master_in_pushes_the_slave_out() -> None:
     """At rest p = F/A_m; the slave has moved by p A_s/k, and the master by the volume of slave and compression."""
     rig = Brake(

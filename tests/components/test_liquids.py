@@ -191,6 +191,7 @@ def test_chamber_conserves_mass(flow: float) -> None:
     assert abs(float(sol.energy.imbalance)) < 1e-6 * abs(float(sol.energy.stored["chamber"]))
 
 
+@pytest.mark.thorough
 def test_linear_liquid_is_the_textbooks() -> None:
     liquid = LinearLiquid(density=860.0, bulk_modulus=1.4e9, viscosity=32e-6)
     rig = Filling(flow=ConstantFlow(flow=1e-5), chamber=Chamber(volume=1e-4, liquid=liquid, wall=0.0))

@@ -46,6 +46,7 @@ class DrivenPlanetary(Component):
         )
 
 
+@pytest.mark.thorough
 @settings(deadline=None, max_examples=20)
 @given(st.floats(0.1, 10.0), st.floats(-5.0, 5.0), st.floats(-5.0, 5.0))
 def test_willis(ratio: float, w_sun: float, w_ring: float) -> None:
@@ -82,6 +83,7 @@ class PlanetaryReducer(Component):
         )
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("torque", [-3.0, 3.0])
 def test_efficiency_of_a_planetary_stage(torque: float) -> None:
     """Driving, (1 + (N - 1) eta)/N; driven back by the load, less by the same loss at the meshes."""
@@ -154,6 +156,7 @@ class GearedInertias(Component):
         )
 
 
+@pytest.mark.thorough
 def test_inertias_are_referred_through_gears_by_the_square_of_the_ratio() -> None:
     rig = GearedInertias(
         drive=ConstantTorque(torque=0.7),

@@ -153,6 +153,7 @@ def test_published_water_hammer(
     np.testing.assert_allclose(sol["pipe.p_b"], wanted, atol=0.01 * DENSITY * SPEED * flow[0])
 
 
+@pytest.mark.thorough
 def test_natural_frequencies() -> None:
     """n segments with half a capacity at each end, open at one end: 2/sqrt(l c) sin((2 k - 1) pi/(4 n))."""
     n = 5

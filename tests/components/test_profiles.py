@@ -59,6 +59,7 @@ def test_tabulated_lift_converges_with_order_four() -> None:
     assert 7.0 < np.max(coarse) / np.max(fine) < 9.0
 
 
+@pytest.mark.thorough
 def test_tabulated_lift_has_continuous_curvature_at_all_knots() -> None:
     profile = sampled(12)
     left, right = (over(jax.grad(profile.slope), profile.angles + shift) for shift in (-1e-9, 1e-9))

@@ -33,6 +33,7 @@ def test_saturating_inductor_has_its_nominal_inductance(Lnom: float) -> None:
     np.testing.assert_allclose(psi / 3.0, Lnom, rtol=1e-10)
 
 
+@pytest.mark.thorough
 def test_knee_of_saturating_inductor_is_differentiable() -> None:
     """First and second derivative by the implicit function theorem, against the traced Newton steps."""
 

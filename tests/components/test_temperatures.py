@@ -212,6 +212,7 @@ def test_a_run_ends_where_a_state_leaves_its_range() -> None:
         simulate(model, 4.0)
 
 
+@pytest.mark.thorough
 def test_start_values_outside_their_range_are_refused() -> None:
     with pytest.raises(ParameterError, match=r"HeatCapacitor.T must be positive and finite, got -5.0 K"):
         HeatCapacitor(C=1.0, T=-5.0)

@@ -2,6 +2,7 @@
 
 import jax.numpy as jnp
 import numpy as np
+import pytest
 
 from acausal import Component, Connections, connect, simulate
 from components.thermal import (
@@ -37,6 +38,7 @@ class TwoBodies(Component):
         )
 
 
+@pytest.mark.thorough
 def test_exchange_and_heating() -> None:
     C1, C2, G, C, loss = 15.0, 30.0, 10.0, 20.0, 4.0
     rig = TwoBodies(

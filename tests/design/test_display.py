@@ -93,6 +93,7 @@ def fit() -> Fit[Pump]:
     return identify(Pump(), FREE, Experiment(predict, measured, dict.fromkeys(NAMES, 0.01)))
 
 
+@pytest.mark.thorough
 def test_fit(fit: Fit[Pump]) -> None:
     text = str(fit)
     for name in NAMES:

@@ -31,6 +31,7 @@ def test_work_in_a_thread_leaves_the_main_thread_interruptible() -> None:
     assert time.monotonic() - began < 2.3
 
 
+@pytest.mark.thorough
 def test_an_interrupted_front_has_the_designs_so_far(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = pareto(GearedLoad(), RATIO, BOTH, points=5)
     assert not whole.is_interrupted
@@ -62,6 +63,7 @@ def test_first_designs_that_fail_alike_end_a_search(monkeypatch: pytest.MonkeyPa
         assert len(seen) <= 6
 
 
+@pytest.mark.thorough
 def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[int] = []
     from acausal.design._identify import levenberg_marquardt

@@ -79,6 +79,7 @@ def test_a_run_may_set_what_its_model_lacks() -> None:
     assert (found["code"] == 0).all()
 
 
+@pytest.mark.thorough
 def test_members_of_a_tolerance_are_in_range() -> None:
     study = Tolerance(lag(), {"T": Normal(std=0.5)}, total)
     found = study.sobol_sequence(256)["result"]

@@ -103,6 +103,7 @@ def cycle(**changes: float) -> Cycle:
     return dataclasses.replace(Cycle(motor, AMBIENT, opening=0.3, burst=60.0, current=20.0, hold=1.0), **changes)
 
 
+@pytest.mark.thorough
 def test_winding_warms_as_that_of_the_component() -> None:
     held = cycle(burst=0.0, hold=10.0)
     model = Held(

@@ -31,6 +31,7 @@ def test_a_constant_command_opens_as_the_voltage_does(design: str) -> None:
     assert opening(commanded(actuator, command)).t1 == pytest.approx(float(opening(actuator).t1), rel=1e-8)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("design", "keywords", "names", "rows"), STATES)
 def test_states(design: str, keywords: dict[str, float], names: tuple[str, ...], rows: Any) -> None:
     expected = np.array(rows)

@@ -36,6 +36,7 @@ def test_pictures(optimised: list[dict[str, Any]], folder: Path) -> None:
     assert "data:image/png" in (folder / "pictures" / "optimise.html").read_text()
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("factor", [0.2, 0.5, 2.0, 5.0])
 @pytest.mark.parametrize("number", range(len(PROBLEMS)))
 def test_other_starts(number: int, factor: float) -> None:

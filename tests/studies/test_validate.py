@@ -188,6 +188,7 @@ def test_modes_under_load(validated: list[dict[str, Any]]) -> None:
     assert _model(validated, "ema_fise", "mode_frequency_2", condition) == pytest.approx(expected[1], rel=1e-6)
 
 
+@pytest.mark.thorough
 def test_geometric_stiffness() -> None:
     """The published point: 6 mm, with the cam at its unloaded angle and the pressure of the spring."""
     model = DESIGNS["ema_fise"]()

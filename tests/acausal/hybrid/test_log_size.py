@@ -52,6 +52,7 @@ def numbers_in_a_step(max_events: int) -> int:
     return sum(math.prod(output.shape) for output in outputs)
 
 
+@pytest.mark.thorough
 def test_a_longer_log_makes_no_step_dearer() -> None:
     few = numbers_in_a_step(33)
     assert few > 100
