@@ -37,7 +37,8 @@ def sampled(fit: Fit[Any], seed: int) -> np.ndarray:
     """Draws from the posterior distribution by the No-U-Turn sampler, one row for each."""
     warm, run = jax.random.split(jax.random.key(seed))
     start = jnp.asarray(fit.estimates)
-    (state, settings), _ = blackjax.window_adaptation(blackjax.nuts, fit.log_density).run(warm, start, num_steps=WARM)
+    adaptation: Any = blackjax.window_adaptation(blackjax.nuts, fit.log_density)
+    (state, settings), _ = adaptation.run(warm, start, num_steps=WARM)
     kernel = blackjax.nuts(fit.log_density, **settings)
 
     def step(state: Any, key: Any) -> tuple[Any, Any]:

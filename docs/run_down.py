@@ -73,7 +73,7 @@ def formulas(model: RunDown) -> list[tuple[float, dict[str, float]]]:
     the largest deviation in N.m, and the factor of each term.
     """
     w = np.linspace(3.0 * REST, W0, 200)
-    torque, best = np.asarray(jax.vmap(model.friction.torque)(w)), []
+    torque, best = np.asarray(jax.vmap(model.friction.torque)(jnp.asarray(w))), []
     for number in (1, 2, 3, 4):
         found = []
         for names in itertools.combinations(TERMS, number):
@@ -93,7 +93,7 @@ def draw(found: Training[RunDown], path: Path) -> None:
     for model, style, label in ((untrained(), "C1--", "untrained"), (found.model, "C0", "learned")):
         left.plot(TIMES, simulate(model, float(TIMES[-1]), save=TIMES)["wheel.w"], style, label=label)
         w = np.linspace(0.0, W0, 400)
-        right.plot(w, jax.vmap(model.friction.torque)(w), style, label=label)
+        right.plot(w, jax.vmap(model.friction.torque)(jnp.asarray(w)), style, label=label)
     right.plot(w, true_torque(w), "k:", label="true")
     for ax, x, y in ((left, "time [s]", "speed [rad/s]"), (right, "speed [rad/s]", "friction torque [N.m]")):
         ax.set_xlabel(x)

@@ -93,9 +93,8 @@ class Peaks:
                 return shift + correction.error(path.inner, theta, rates), found
 
             nothing = jnp.zeros(self.settings.layout.n_states)
-            return jax.lax.scan(again, nothing, None, length=EVALUATIONS + 1)[1][
-                -1
-            ]  # one more evaluation for derivatives
+            # One more evaluation for derivatives.
+            return jax.lax.scan(again, nothing, None, length=EVALUATIONS + 1)[1][-1]
 
         return jax.jvp(values, (t,), (jnp.ones_like(t),))
 
