@@ -279,7 +279,7 @@ def test_every_component_has_an_example() -> None:
     assert exported == {type(example) for example in EXAMPLES}
 
 
-@pytest.mark.parametrize("model", map(_case, EXAMPLES), ids=_name)
+@pytest.mark.parametrize("model", [_case(model) for model in EXAMPLES], ids=_name)
 def test_every_component(model: Component) -> None:
     """Units, power balance and gradients, at random points of order one."""
     check_component(model, sizes=1.0)
