@@ -165,6 +165,12 @@ def _content(content: Any, heading: str, level: int) -> Iterator[str]:
 
 def _table(table: Table) -> str:
     """An HTML table. Numeric columns are right-aligned."""
+    for row in table.rows:
+        if len(row) != len(table.heads) or not all(isinstance(cell, str) for cell in row):
+            raise ModelError(
+                f"report: the table {table.title!r} has the row {list(row)}: give a text for each of its "
+                f"{len(table.heads)} columns."
+            )
     numeric = [all(map(_is_number, column)) for column in zip(*table.rows, strict=True)]
 
     def line(cells: Iterable[str], tag: str) -> str:

@@ -168,3 +168,9 @@ def test_picture_of_a_png() -> None:
     page = Page(report("One", {"Photo": Picture(b"\x89PNG...", "a pump")}))
     assert ("alt", "a pump") in page.attributes
     assert any(value is not None and value.startswith("data:image/png;base64,") for _, value in page.attributes)
+
+
+@pytest.mark.parametrize("row", [["1"], ["1", "2", "3"], ["1", 2.0]])
+def test_a_row_that_does_not_fit_its_table_is_refused(row: list[Any]) -> None:
+    with pytest.raises(ModelError, match="'sizes' has the row .*a text for each of its 2 columns"):
+        report("title", {"part": Table(["a", "b"], [row], "sizes")})
