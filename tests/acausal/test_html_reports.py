@@ -172,5 +172,5 @@ def test_picture_of_a_png() -> None:
 
 @pytest.mark.parametrize("row", [["1"], ["1", "2", "3"], ["1", 2.0]])
 def test_a_row_that_does_not_fit_its_table_is_refused(row: list[Any]) -> None:
-    with pytest.raises(ModelError, match="'sizes' has the row .*a text for each of its 2 columns"):
+    with pytest.raises(ModelError, match=r"'sizes' has the row .*a text for each of its 2 columns"):
         report("title", {"part": Table(["a", "b"], [row], "sizes")})
