@@ -2,6 +2,7 @@
 
 import dataclasses
 import functools as ft
+import itertools
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
 from .._reduce.graph import connected
-from .symbol import domain_of
+from .symbol import colour_of_class, domain_of
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7f3c8d", "#444444")
 
@@ -28,6 +29,7 @@ class Joint:
 
     domain: str
     ports: tuple[tuple[str, str], ...]
+    colour: str | None = None  # that the package of the domain gives
 
     @property
     def boxes(self) -> tuple[str, ...]:
@@ -50,9 +52,10 @@ class Diagram:
 
     @property
     def colours(self) -> dict[str, str]:
-        """The colour of each domain."""
-        domains = dict.fromkeys(joint.domain for joint in self.joints)
-        return {domain: COLOURS[i % len(COLOURS)] for i, domain in enumerate(domains)}
+        """The colour of each domain: that of its package, or one that no package of the model has."""
+        domains = {joint.domain: joint.colour for joint in self.joints}
+        others = itertools.cycle([colour for colour in COLOURS if colour not in domains.values()] or COLOURS)
+        return {domain: colour or next(others) for domain, colour in domains.items()}
 
     def colour_of(self, box: str) -> str:
         """The colour of the domain of a box; grey for several domains or none."""
@@ -169,7 +172,8 @@ def _joint(ports: list[str], boxes: dict[str, str], kinds: dict[str, type[Port]]
     outer = {box: min(name.count(".") for name in names) for box, names in seen.items()}
     named = {box: sorted(name for name in names if name.count(".") == outer[box]) for box, names in seen.items()}
     kind = next((kinds[port] for port in ports if port in kinds), Port)
-    return Joint(domain_of(kind), tuple((box, ", ".join(names)) for box, names in sorted(named.items())))
+    ports_of_boxes = tuple((box, ", ".join(names)) for box, names in sorted(named.items()))
+    return Joint(domain_of(kind), ports_of_boxes, colour_of_class(kind))
 
 
 def _ends(path: str) -> list[int]:

@@ -32,11 +32,20 @@ def has_symbols(cls: type) -> bool:
     return bool(package) and importlib.util.find_spec(f"{package}._symbols") is not None
 
 
+def colour_of_class(cls: type) -> str | None:
+    """The colour that the package of a class gives to its domain."""
+    return getattr(_symbols_beside(cls), "COLOUR", None)
+
+
 def _beside(cls: type) -> Symbol | None:
     """The symbol that the package of a class gives it."""
-    if not has_symbols(cls):
-        return None
-    return importlib.import_module(f"{cls.__module__.rpartition('.')[0]}._symbols").SYMBOLS.get(cls.__name__)
+    found = _symbols_beside(cls)
+    return None if found is None else found.SYMBOLS.get(cls.__name__)
+
+
+def _symbols_beside(cls: type) -> Any:
+    """The module of symbols in the package of a class."""
+    return importlib.import_module(f"{cls.__module__.rpartition('.')[0]}._symbols") if has_symbols(cls) else None
 
 
 def ports_of(part: Node) -> dict[str, type[Port]]:

@@ -6,6 +6,8 @@ from acausal import Symbol
 
 from .._drawing import circle, rect
 
+COLOUR = "#009e73"  # of lines and parts of this domain
+
 ONE = {"u": (0, 20), "y": (40, 20)}
 TWO = {"u1": (0, 10), "u2": (0, 30), "y": (40, 20)}
 AXES = "M8 20h24M20 6v28"

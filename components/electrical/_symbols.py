@@ -4,6 +4,8 @@ from acausal import Symbol
 
 from .._drawing import at, circle, head, rect
 
+COLOUR = "#0072b2"  # of lines and parts of this domain
+
 PINS = {"p": (0, 20), "n": (60, 20)}
 FOUR = {"p1": (0, 10), "n1": (0, 50), "p2": (60, 10), "n2": (60, 50)}
 MACHINE = {"p": (30, 0), "n": (30, 60), "shaft": (60, 30)}

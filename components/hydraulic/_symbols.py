@@ -5,6 +5,8 @@ from acausal import Symbol
 from .._drawing import circle, head, rect, with_port
 from ._valve_symbols import VALVES
 
+COLOUR = "#cc79a7"  # of lines and parts of this domain
+
 FLOW = {"a": (0, 20), "b": (60, 20)}
 
 

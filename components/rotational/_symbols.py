@@ -4,6 +4,8 @@ from acausal import Symbol
 
 from .._drawing import SHORT_SPRING, SPRING, at, circle, head, rect, with_port
 
+COLOUR = "#d55e00"  # of lines and parts of this domain
+
 ENDS = {"a": (0, 20), "b": (60, 20)}
 FLANGE = {"flange": (0, 20)}
 DASHPOT = "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16"

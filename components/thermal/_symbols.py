@@ -4,6 +4,8 @@ from acausal import Symbol
 
 from .._drawing import at, circle, head, rect
 
+COLOUR = "#7f3c8d"  # of lines and parts of this domain
+
 ENDS = {"a": (0, 20), "b": (60, 20)}
 SURFACES = {"solid": (0, 20), "fluid": (60, 20), "u": (30, 0)}
 

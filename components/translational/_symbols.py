@@ -4,6 +4,8 @@ from acausal import Symbol
 
 from .._drawing import SPRING, at, circle, head, rect, with_port
 
+COLOUR = "#8a6d00"  # of lines and parts of this domain
+
 ENDS = {"a": (0, 20), "b": (60, 20)}
 FLANGE = {"flange": (0, 20)}
 WALL = "M46 4v32M46 10l6-4M46 17l6-4M46 24l6-4M46 31l6-4"

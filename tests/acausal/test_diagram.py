@@ -43,6 +43,7 @@ def test_all_levels() -> None:
 def test_domains_have_colours() -> None:
     found = diagram(drive)
     assert list(found.colours) == ["electrical", "rotational"]
+    assert found.colours == {"electrical": "#0072b2", "rotational": "#d55e00"}  # in every model
     assert found.colour_of("supply") == found.colours["electrical"]
     assert found.colour_of("motor") not in found.colours.values()  # it is in both
 
