@@ -1,18 +1,22 @@
 """Order of elimination and colours of the columns of a sparse matrix, from its structure alone."""
 
 import heapq
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy import sparse
+import scipy  # imports its parts on use
 
-Structure = sparse.csr_array  # true where an entry may differ from zero
+if TYPE_CHECKING:
+    Structure = scipy.sparse.csr_array  # true where an entry may differ from zero
+else:
+    Structure = Any
 
 
 def column_colours(structure: Structure) -> np.ndarray:
     """The colour of each column: columns that share a row have different ones, so a directional derivative along all
     columns of a colour contains the entries of each (Curtis, Powell and Reid, IMA J. Appl. Math. 13, 1974).
     """
-    rows, columns = sparse.csr_array(structure), sparse.csc_array(structure)
+    rows, columns = scipy.sparse.csr_array(structure), scipy.sparse.csc_array(structure)
     colours = np.full(len(columns.indptr) - 1, -1)
     for column in range(len(colours)):
         beside = [_line(rows, row) for row in _line(columns, column)]
@@ -26,7 +30,7 @@ def least_degree(structure: Structure, most: float) -> list[tuple[int, list[int]
     (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981). The structure is made symmetric
     first. None if the elimination takes more than `most` multiplications.
     """
-    both = sparse.csr_array(structure + structure.T)
+    both = scipy.sparse.csr_array(structure + structure.T)
     near = [set(_line(both, row).tolist()) - {row} for row in range(len(both.indptr) - 1)]
     waiting = [(len(others), row) for row, others in enumerate(near)]
     heapq.heapify(waiting)
@@ -48,5 +52,5 @@ def least_degree(structure: Structure, most: float) -> list[tuple[int, list[int]
     return order
 
 
-def _line(matrix: sparse.csr_array | sparse.csc_array, number: int) -> np.ndarray:
+def _line(matrix: "scipy.sparse.csr_array | scipy.sparse.csc_array", number: int) -> np.ndarray:
     return matrix.indices[matrix.indptr[number] : matrix.indptr[number + 1]]

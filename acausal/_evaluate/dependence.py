@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import sparse
+import scipy  # imports its parts on use
 
 from .._reduce.incidence import Pair
 from .._sparse_order import Structure
@@ -18,27 +18,27 @@ def dependence(plan: Plan, pairs: Sequence[Pair]) -> Structure:
     """
     n = int(plan.starts[-1])
     every = np.arange(n)
-    known: dict[int, Structure] = {0: sparse.csr_array((np.ones(n, np.int32), (every, every)), (n, n))}
+    known: dict[int, Structure] = {0: scipy.sparse.csr_array((np.ones(n, np.int32), (every, every)), (n, n))}
     for group in plan.needed({plan.places[pair].segment for pair in pairs}):
         read = _read(group, known, n)
         for i, shape in enumerate(group.program.shapes):
             size = int(np.prod(shape))
             known[group.first_segment + i] = read[np.repeat(np.arange(len(group.uses)), size)] if size != 1 else read
     if not pairs:
-        return sparse.csr_array((0, n), dtype=np.int32)
+        return scipy.sparse.csr_array((0, n), dtype=np.int32)
     rows = [known[plan.places[pair].segment][plan.elements(pair)] for pair in pairs]
-    return sparse.csr_array(sparse.vstack(rows))
+    return scipy.sparse.csr_array(scipy.sparse.vstack(rows))
 
 
 def _read(group: Group, known: dict[int, Structure], n: int) -> Structure:
     """The states that each member of a group depends on."""
     count = len(group.uses)
-    total = sparse.csr_array((count, n), dtype=np.int32)
+    total = scipy.sparse.csr_array((count, n), dtype=np.int32)
     for read in group.reads:
-        source = sparse.csr_array(sparse.vstack([known[segment] for segment in read.segments]))
+        source = scipy.sparse.csr_array(scipy.sparse.vstack([known[segment] for segment in read.segments]))
         elements = read.elements.reshape(count, -1)
         member = np.repeat(np.arange(count), elements.shape[1])
-        chosen = sparse.csr_array(
+        chosen = scipy.sparse.csr_array(
             (np.ones(len(member), np.int32), (member, elements.ravel())), (count, len(source.indptr) - 1)
         )
         total = total + chosen @ source

@@ -2,7 +2,7 @@
 
 import functools as ft
 
-from scipy import sparse
+import scipy  # imports its parts on use
 
 from ..._evaluate.dependence import dependence
 from ..._evaluate.system import System
@@ -35,9 +35,9 @@ def pattern_of_rates(system: System, read: tuple[Pair, ...] = (), n_integrals: i
         return None
     structure = dependence(system.plan, system.rates)
     if n_integrals:
-        row = sparse.csr_array(dependence(system.plan, read).sum(axis=0)[None] > 0)
-        structure = sparse.csr_array(sparse.vstack([structure, *([row] * n_integrals)]))
-    structure = sparse.csr_array((structure.data, structure.indices, structure.indptr), (n, n), dtype=bool)
+        row = scipy.sparse.csr_array(dependence(system.plan, read).sum(axis=0)[None] > 0)
+        structure = scipy.sparse.csr_array(scipy.sparse.vstack([structure, *([row] * n_integrals)]))
+    structure = scipy.sparse.csr_array((structure.data, structure.indices, structure.indptr), (n, n), dtype=bool)
     dense = n**3 + SOLVES * n**2
     pattern = pattern_of(structure, most=dense / SERIAL)
     if pattern is None:
