@@ -2,13 +2,10 @@
 
 from acausal import Symbol
 
-from .._drawing import SHORT_SPRING, SPRING, at, circle, head, rect, with_port
+from .._drawing import SHORT_SPRING, at, circle, head, rect, with_port
+from .._mechanical_symbols import ENDS, FLANGE, SHARED, multi_sensor
 
 COLOUR = "#d55e00"  # of lines and parts of this domain
-
-ENDS = {"a": (0, 20), "b": (60, 20)}
-FLANGE = {"flange": (0, 20)}
-DASHPOT = "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16"
 
 
 def _source(letter: str, **inputs: tuple[int, int]) -> Symbol:
@@ -48,17 +45,6 @@ def _bearing() -> Symbol:
     )
 
 
-def _multi(letters: str, *outputs: str) -> Symbol:
-    ports = {name: (20 + 20 * i, 0) for i, name in enumerate(outputs)}
-    return Symbol(
-        80,
-        40,
-        {"a": (0, 20), "b": (80, 20), **ports},
-        rect(14, 6, 52, 28) + "M0 20h14M66 20h14M20 0v6M40 0v6M60 0v6",
-        texts=((40, 20, letters, 11),),
-    )
-
-
 def _gear(more: str = "") -> Symbol:
     wheels = circle(15, 20, 10) + circle(41, 20, 16) + circle(15, 20, 1.5) + circle(41, 20, 1.5)
     return Symbol(60, 40, ENDS, wheels + "M0 20h13.5M42.5 20h17.5" + more) + with_port("support", 30, 40, "v-8")
@@ -88,23 +74,13 @@ GEAR, BEARING = _gear(), _bearing() + with_port("support", 20, 40, "v-8")
 SPEED_LOAD = _source("τ(ω)")
 
 SYMBOLS = {
+    **SHARED,
     "ToGround": _bearing(),
-    "Compliant": Symbol(60, 40, ENDS, rect(12, 8, 36, 24) + "M0 20h12M48 20h12"),
     "ShaftFriction": BEARING,
     "CouplingFriction": Symbol(60, 40, ENDS, "M0 20h26v-13v26M60 20h-26v-13v26"),
     "DryFriction": BEARING,
     "Pressed": Symbol(40, 40, {"u": (20, 0)}, rect(4, 8, 32, 24)),
     "Inertia": Symbol(60, 40, ENDS, rect(18, 3, 24, 34) + "M0 20h18M42 20h18", texts=((30, 20, "J", 13),)),
-    "Spring": Symbol(60, 20, {"a": (0, 10), "b": (60, 10)}, at(0, 10, SPRING)),
-    "Damper": Symbol(60, 40, ENDS, DASHPOT),
-    "SpringDamper": Symbol(
-        60,
-        40,
-        ENDS,
-        "M0 20h6M6 9v22M54 9v22M54 20h6M6 9h14"
-        + at(20, 9, "l3-6 5 12 5-12 5 12 2-6")
-        + "M40 9h14M6 31h24M30 26v10M22 23h20v16h-20M42 31h12",
-    ),
     "ElastoBacklash": Symbol(
         60, 40, ENDS, "M0 20h22M22 20h12M34 12v16M26 6h-2M26 6h20v28h-20M46 20h14M26 6v8M26 34v-8"
     ),
@@ -119,7 +95,6 @@ SYMBOLS = {
         + at(18, 28, "h4" + SHORT_SPRING + "h4"),
     ),
     "Disc": Symbol(60, 40, ENDS, "M0 20h27v-12v24M60 20h-27v-12v24M27 8h6M27 32h6"),
-    "Fixed": Symbol(10, 20, {"flange": (0, 10)}, "M0 10h3M3 0v20M3 4l7-4M3 9l7-4M3 14l7-4M3 19l7-4", is_reference=True),
     "HardStop": Symbol(
         60,
         40,
@@ -213,7 +188,7 @@ SYMBOLS = {
     "PowerSensor": _between("P", y=(30, 0)),
     "RelativeAngleSensor": _between("Δφ", y=(30, 0)),
     "RelativeSpeedSensor": _between("Δω", y=(30, 0)),
-    "MultiSensor": _multi("ω τ P", "speed", "torque", "power"),
+    "MultiSensor": multi_sensor("ω τ P", "speed", "torque", "power"),
     "ReleaseBearing": Symbol(
         60,
         40,

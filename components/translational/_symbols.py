@@ -2,12 +2,11 @@
 
 from acausal import Symbol
 
-from .._drawing import SPRING, at, circle, head, rect, with_port
+from .._drawing import at, circle, head, rect, with_port
+from .._mechanical_symbols import ENDS, FLANGE, SHARED, multi_sensor
 
 COLOUR = "#8a6d00"  # of lines and parts of this domain
 
-ENDS = {"a": (0, 20), "b": (60, 20)}
-FLANGE = {"flange": (0, 20)}
 WALL = "M46 4v32M46 10l6-4M46 17l6-4M46 24l6-4M46 31l6-4"
 FLOOR = "M6 32h48M12 32l-5 5M20 32l-5 5M28 32l-5 5M36 32l-5 5M44 32l-5 5M52 32l-5 5"
 
@@ -47,15 +46,14 @@ def _sliding() -> Symbol:
     return Symbol(60, 40, FLANGE, "M0 20h14" + rect(14, 10, 32, 22) + FLOOR)
 
 
-DASHPOT = "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16"
 MASS = Symbol(60, 40, ENDS, rect(12, 5, 36, 30) + "M0 20h12M48 20h12", texts=((30, 20, "m", 13),))
 FRICTION = _sliding() + with_port("support", 30, 40, "v-8") + Symbol(0, 0, {}, texts=((30, 21, "μ", 13),))
 SPEED_LOAD = _source("f(v)")
 SPRING_TO_WALL = _to_wall(at(0, 20, "h8l3-8 6 16 6-16 6 16 6-16 3 8h8"))
 
 SYMBOLS = {
+    **SHARED,
     "ToGround": _sliding(),
-    "Compliant": Symbol(60, 40, ENDS, rect(12, 8, 36, 24) + "M0 20h12M48 20h12"),
     "DryFriction": FRICTION,
     "Mass": MASS,
     "SlidingMass": MASS,
@@ -69,21 +67,11 @@ SYMBOLS = {
         texts=((40, 20, "m", 13),),
     ),
     "Rod": Symbol(60, 20, {"a": (0, 10), "b": (60, 10)}, "M0 10h6M54 10h6" + rect(6, 7, 48, 6)),
-    "Spring": Symbol(60, 20, {"a": (0, 10), "b": (60, 10)}, at(0, 10, SPRING)),
     "DualRateSpring": Symbol(
         60,
         20,
         {"a": (0, 10), "b": (60, 10)},
         at(0, 10, "h6l3-8 5 16 5-16 5 16 5-16 2 8 2 5 3-10 3 10 3-10 3 10 3-10 2 5h10"),
-    ),
-    "Damper": Symbol(60, 40, ENDS, DASHPOT),
-    "SpringDamper": Symbol(
-        60,
-        40,
-        ENDS,
-        "M0 20h6M6 9v22M54 9v22M54 20h6M6 9h14"
-        + at(20, 9, "l3-6 5 12 5-12 5 12 2-6")
-        + "M40 9h14M6 31h24M30 26v10M22 23h20v16h-20M42 31h12",
     ),
     "DiscSpring": Symbol(60, 40, ENDS, "M0 20h14M46 20h14" + "M14 8l8 24 8-24 8 24 8-24M14 32l8-24 8 24 8-24 8 24"),
     "ElastoGap": Symbol(
@@ -97,7 +85,6 @@ SYMBOLS = {
     "ClutchSpring": SPRING_TO_WALL,
     "TabulatedSpring": SPRING_TO_WALL + Symbol(0, 0, {}, "M8 34L36 6", solid=head(38, 4, 0.7, -0.7)),
     "DiaphragmClutch": _to_wall("M0 20h10M10 8v24M10 8q14-2 22 12q-8 14-22 12M32 6v28M36 6v28M36 20h10"),
-    "Fixed": Symbol(10, 20, {"flange": (0, 10)}, "M0 10h3M3 0v20M3 4l7-4M3 9l7-4M3 14l7-4M3 19l7-4", is_reference=True),
     "HardStop": Symbol(60, 40, FLANGE, "M0 20h14" + rect(14, 14, 24, 12) + WALL + "M6 30v8M6 38h40M6 30v-4M38 20h2"),
     "Lever": Symbol(
         60,
@@ -132,11 +119,5 @@ SYMBOLS = {
     "PowerSensor": _between("P", y=(30, 0)),
     "RelativePositionSensor": _between("Δs", y=(30, 0)),
     "RelativeSpeedSensor": _between("Δv", y=(30, 0)),
-    "MultiSensor": Symbol(
-        80,
-        40,
-        {"a": (0, 20), "b": (80, 20), "speed": (20, 0), "force": (40, 0), "power": (60, 0)},
-        rect(14, 6, 52, 28) + "M0 20h14M66 20h14M20 0v6M40 0v6M60 0v6",
-        texts=((40, 20, "v F P", 11),),
-    ),
+    "MultiSensor": multi_sensor("v F P", "speed", "force", "power"),
 }
