@@ -126,12 +126,16 @@ def _by_columns(factors: Factors, b: _Vector) -> _Vector:
     return lax.fori_loop(np.uint32(0), np.uint32(len(b)), add, jnp.zeros_like(b))
 
 
-def factors_of(matrix: _Matrix, nominal: _Vector | None = None, *, n_integrals: int = 0) -> Factors:
+def factors_of(
+    matrix: _Matrix | SparseMatrix, nominal: _Vector | None = None, *, n_integrals: int = 0
+) -> Factors | SparseFactors:
     """The factors of a matrix whose last `n_integrals` columns are zero except on the diagonal.
 
-    Each row is first divided by its largest term for an `x` of nominal size, so the choice of pivots does not depend on
-    the units of the equations and of `x`.
+    Each row of a dense matrix is first divided by its largest term for an `x` of nominal size, so the choice of pivots
+    does not depend on the units of the equations and of `x`.
     """
+    if isinstance(matrix, SparseMatrix):
+        return matrix.factors(nominal)
     terms = jnp.abs(matrix if nominal is None else matrix * nominal)
     scale = lax.stop_gradient(1 / jnp.max(terms, axis=1))
     scaled = scale[:, None] * lax.stop_gradient(matrix)
@@ -172,13 +176,11 @@ def linear_solver(
 
     The derivative is implicit, $A\,\dot x = \dot b - \dot A\,x$. The `factors` of the matrix can be given.
     """
-    if factors is None:
-        factors = matrix.factors(nominal) if isinstance(matrix, SparseMatrix) else factors_of(matrix, nominal)
-    if isinstance(factors, SparseFactors) or isinstance(matrix, SparseMatrix):
-        assert isinstance(factors, SparseFactors), "a sparse matrix has sparse factors"
+    factors = factors or factors_of(matrix, nominal)
+    if isinstance(factors, SparseFactors):  # as accurate as elimination
         solve, solve_transposed = factors.substituted, factors.substituted_transposed
     elif is_refined:
-        solve, solve_transposed = factors.refined(lax.stop_gradient(matrix))
+        solve, solve_transposed = factors.refined(jnp.asarray(lax.stop_gradient(matrix)))
     else:
         solve, solve_transposed = ft.partial(_solution, factors), factors.solve_transposed
     return lambda b: lax.custom_linear_solve(

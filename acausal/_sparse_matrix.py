@@ -12,7 +12,7 @@ from jaxtyping import Array, Float, UInt32
 
 from ._sparse_order import Structure, column_colours, least_degree
 
-ACCURATE = 1e-8  # relative backward error above which elimination without pivoting has failed
+ACCURATE = 1e-8  # backward error, relative to the terms, above which elimination has lost half of the digits
 
 _Vector = Float[Array, " n"]
 _Index = UInt32[np.ndarray, " k"]

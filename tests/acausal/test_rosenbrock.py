@@ -14,7 +14,7 @@ from jaxtyping import Array, Float
 from acausal import ParameterError, Scalar
 from acausal._integrate.solvers import Rodas3P, Rodas5P
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
-from acausal._linear_solver import LARGEST_INVERSE, factors_of, gauss_jordan_inverse, linear_solver
+from acausal._linear_solver import LARGEST_INVERSE, Factors, factors_of, gauss_jordan_inverse, linear_solver
 
 Vector = Float[Array, " n"]
 METHODS = [Rodas5P, Rodas3P]
@@ -226,6 +226,7 @@ def test_integrals_take_no_elimination(n, integrals):
     matrix = np.concatenate([rng.normal(size=(n + integrals, n)), np.zeros((n + integrals, integrals))], axis=1)
     matrix[n:, n:] = np.diag(1.0 + rng.uniform(size=integrals))
     b, factors = rng.normal(size=n + integrals), factors_of(jnp.asarray(matrix), n_integrals=integrals)
+    assert isinstance(factors, Factors)
     assert len(factors.parts) == 1
     np.testing.assert_allclose(factors.solve(b), np.linalg.solve(matrix, b), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(factors.solve_transposed(b), np.linalg.solve(matrix.T, b), rtol=1e-9, atol=1e-12)

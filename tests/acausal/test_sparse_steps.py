@@ -1,6 +1,8 @@
 """Steps with a sparse Jacobian: the same results as with a dense one."""
 
+import contextlib
 import functools as ft
+from collections.abc import Iterator
 
 import jax
 import jax.numpy as jnp
@@ -72,22 +74,30 @@ def test_structure_says_how_sparse_a_step_is() -> None:
     assert "Steps" not in str(structure(chain()))
 
 
-def make_sparse(patch: pytest.MonkeyPatch) -> None:
+def test_integrals_do_not_count_as_states() -> None:
+    assert pattern.pattern_of_rates(system_of(chain()), (), 100) is None
+
+
+@contextlib.contextmanager
+def sparse_steps() -> Iterator[None]:
     """Steps of small models are sparse too."""
-    patch.setattr(pattern, "LARGEST_INVERSE", 0)
-    patch.setattr(pattern, "SERIAL", 1e-6)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pattern, "LARGEST_INVERSE", 0)
+        patch.setattr(pattern, "SERIAL", 1e-6)
+        pattern.pattern_of_rates.cache_clear()
+        yield
     pattern.pattern_of_rates.cache_clear()
 
 
 @pytest.fixture
-def small_models_are_sparse(monkeypatch: pytest.MonkeyPatch) -> None:
-    make_sparse(monkeypatch)
+def small_models_are_sparse() -> Iterator[None]:
+    with sparse_steps():
+        yield
 
 
 @pytest.fixture(scope="module")
 def with_sparse_steps() -> tuple[jax.Array, jax.Array]:
-    with pytest.MonkeyPatch.context() as patch:
-        make_sparse(patch)
+    with sparse_steps():
         assert pattern.pattern_of_rates(system_of(chain())) is not None
         return computed()
 

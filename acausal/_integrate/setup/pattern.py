@@ -30,15 +30,16 @@ def pattern_of_rates(system: System, read: tuple[Pair, ...] = (), n_integrals: i
     None if dense elimination takes less time, as it does for small models, and for a mass matrix, whose zeros may not
     be pivots.
     """
-    n = len(system.nominals) + n_integrals
-    if system.mass is not None or n <= LARGEST_INVERSE:
+    n_states = len(system.nominals)
+    n = n_states + n_integrals
+    if system.mass is not None or n_states <= LARGEST_INVERSE:
         return None
     structure = dependence(system.plan, system.rates)
     if n_integrals:
         row = scipy.sparse.csr_array(dependence(system.plan, read).sum(axis=0)[None] > 0)
         structure = scipy.sparse.csr_array(scipy.sparse.vstack([structure, *([row] * n_integrals)]))
     structure = scipy.sparse.csr_array((structure.data, structure.indices, structure.indptr), (n, n), dtype=bool)
-    dense = n**3 + SOLVES * n**2
+    dense = n_states**3 + SOLVES * n_states * n  # integrals need no elimination
     pattern = pattern_of(structure, most=dense / SERIAL)
     if pattern is None:
         return None

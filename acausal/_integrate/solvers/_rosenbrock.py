@@ -1,6 +1,5 @@
 """Rosenbrock methods for stiff ODEs and index-1 DAEs, as diffrax solvers, independent of the coefficients."""
 
-import functools as ft
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
@@ -212,7 +211,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             return direction * terms.vf(t, y, args)
 
         f0, f_t, matrix = self._linearised(f, t0, y0, h)
-        factors = self._factors(matrix)
+        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         solve = linear_solver(matrix, factors=factors)
 
         def stage(row: tuple, earlier: Stages) -> State:
@@ -237,16 +236,11 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         f0, f_t, jacobian = linearise(f, t0, y0, len(y0) - self.n_integrals)
         return f0, f_t, self._mass_matrix(len(y0), t0) / self.tableau.gamma - h * jacobian
 
-    def _factors(self, matrix: Matrix | SparseMatrix) -> Factors | SparseFactors:
-        if isinstance(matrix, SparseMatrix):
-            return matrix.factors(self.nominal)
-        return factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
-
     def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
         """Recomputes the correction data of a step from its dense output."""
         h = _width(path.t0, path.t1)
         f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
-        factors = self._factors(matrix)
+        factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         _, rate = jax.jvp(path.evaluate, (path.t1,), (jnp.ones_like(path.t1),))
         last = h * (f(path.t1, path.y1) - self.mass_times(rate))
         ends = (self._defect_at_start(h * f0, path.y0, path.y1, path.coeffs), last)
@@ -280,10 +274,11 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def of_stiff(self, factors: Factors | SparseFactors, error: State) -> State:
         """The stiff part of an error."""
-        filtered = lambda _, error: error - self._slow(factors, error)  # noqa: E731
-        if isinstance(factors, SparseFactors):
-            return jax.lax.fori_loop(0, FILTERS, filtered, error)
-        return ft.reduce(lambda error, pass_: filtered(pass_, error), range(FILTERS), error)
+        if isinstance(factors, SparseFactors):  # the loops of a solution are compiled once for all passes
+            return jax.lax.fori_loop(0, FILTERS, lambda _, error: error - self._slow(factors, error), error)
+        for _ in range(FILTERS):
+            error = error - self._slow(factors, error)
+        return error
 
     def _slow(self, factors: Factors | SparseFactors, error: State) -> State:
         """The non-stiff part of an error."""
@@ -350,24 +345,25 @@ def linearise(f: VectorField, t: Numbers, y: State, n_read: int) -> tuple[State,
     r"""$f$, $\partial f/\partial t$ and $\partial f/\partial y$ at a point, from one batch of directional derivatives.
     $f$ reads only the first `n_read` components.
     """
-    unread = len(y) - n_read
-
-    def directional(direction: Float[Array, " 1+n"]) -> tuple[State, State]:
-        return jax.jvp(f, (t, y), (direction[0], jnp.pad(direction[1:], (0, unread))))
-
-    f0, columns = jax.vmap(directional, out_axes=(None, -1))(_unit_vectors(1 + n_read, t))
-    return f0, columns[:, 0], jnp.pad(columns[:, 1:], ((0, 0), (0, unread)))
+    f0, columns = _along(f, t, y, _unit_vectors(1 + n_read, t))
+    return f0, columns[:, 0], jnp.pad(columns[:, 1:], ((0, 0), (0, len(y) - n_read)))
 
 
 def linearise_sparse(f: VectorField, t: Numbers, y: State, pattern: Pattern) -> tuple[State, State, Array]:
     r"""$f$, $\partial f/\partial t$, and the entries of $\partial f/\partial y$ in a pattern, from one batch of
     directional derivatives: with respect to time, and along the sum of the columns of each colour.
     """
+    directions = np.pad(pattern.seeds, ((1, 0), (1, 0)))
+    directions[0, 0] = 1.0
+    f0, columns = _along(f, t, y, jnp.asarray(directions))
+    return f0, columns[:, 0], columns[pattern.rows, 1 + pattern.colours[pattern.columns]]
 
-    def directional(direction: tuple[Array, Array]) -> tuple[State, State]:
-        return jax.jvp(f, (t, y), direction)
 
-    seeds = np.concatenate([np.zeros((1, pattern.n)), pattern.seeds])
-    of_time = np.eye(1, len(seeds))[0]
-    f0, along = jax.vmap(directional, out_axes=(None, -1))((jnp.asarray(of_time), jnp.asarray(seeds)))
-    return f0, along[:, 0], along[pattern.rows, 1 + pattern.colours[pattern.columns]]
+def _along(f: VectorField, t: Numbers, y: State, directions: Float[Array, "k m"]) -> tuple[State, Float[Array, "n k"]]:
+    """f and its derivatives along directions in time and the first m - 1 components of y."""
+
+    def directional(direction: Float[Array, " m"]) -> tuple[State, State]:
+        unread = len(y) - len(direction) + 1
+        return jax.jvp(f, (t, y), (direction[0], jnp.pad(direction[1:], (0, unread))))
+
+    return jax.vmap(directional, out_axes=(None, -1))(directions)
