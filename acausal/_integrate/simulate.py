@@ -28,7 +28,6 @@ from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
 from .results.unresolved import warn_of_unresolved
-from .run_of_known import run_stored
 from .setup.field import RunArgs
 from .setup.options import (
     check_known,
@@ -45,6 +44,7 @@ from .setup.user_function import UserFunction, as_function, trace
 from .solvers import AbstractRosenbrock, Rodas5P
 from .start.initialise import initialised_leaves
 from .start.start_search import search_start
+from .stored_run import run_stored
 
 MAX_STEPS = 4096
 MAX_EVENTS = 32

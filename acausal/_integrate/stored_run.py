@@ -59,7 +59,7 @@ def _share(args: RunArgs, carry: Carry) -> float:
 
 
 @dataclasses.dataclass(frozen=True)
-class _Program:
+class _RunPart:
     """A part of a run, as a function of numbers only."""
 
     name: str
@@ -91,16 +91,16 @@ class _Program:
         return [(_steps_of(self.settings), (first.args, carry)), (_end_of(self.settings), end)]
 
 
-def _start_of(settings: Settings) -> _Program:
-    return _Program("start", traced.start_run, settings)
+def _start_of(settings: Settings) -> _RunPart:
+    return _RunPart("start", traced.start_run, settings)
 
 
-def _steps_of(settings: Settings) -> _Program:
-    return _Program("steps", traced.advance_run, settings)
+def _steps_of(settings: Settings) -> _RunPart:
+    return _RunPart("steps", traced.advance_run, settings)
 
 
-def _end_of(settings: Settings) -> _Program:
-    return _Program("end", _ended, settings)
+def _end_of(settings: Settings) -> _RunPart:
+    return _RunPart("end", _ended, settings)
 
 
 def _ended(settings: Settings, args: RunArgs, y0: Array, bad_starts: Array, end: Carry) -> Ending:

@@ -12,7 +12,7 @@ from _models import rc
 
 from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._evaluate.building import system_of
-from acausal._integrate import run_of_known
+from acausal._integrate import stored_run
 from acausal._integrate.results import over_run, reading, trajectories
 from acausal._integrate.setup.user_function import trace
 
@@ -111,7 +111,7 @@ def compiled_by(action: Any) -> int:
 def _compiled() -> int:
     """The number of compiled programs that start, step, end and read runs."""
     functions: list[Any] = [
-        run_of_known._Program.__call__,
+        stored_run._RunPart.__call__,
         reading.Reading.__call__,
         trajectories._Trajectories.__call__,
         over_run._evaluated,

@@ -168,6 +168,7 @@ def test_a_run_back_in_time_leads_back() -> None:
     back = simulate(rc(v0=float(there)), 0.0, t0=0.1, dt0=1e-4, rtol=1e-9, save=TIMES[::-1])
     assert back.final.c.v == pytest.approx(1.0, abs=1e-7)
     np.testing.assert_array_equal(back.ts, TIMES[::-1])
+    assert back.options["dt0"] == 1e-4
 
 
 @pytest.mark.thorough

@@ -66,7 +66,7 @@ def test_no_module_imports_another_in_a_circle() -> None:
 
 
 def test_the_rooms_of_a_run_do_not_know_what_runs_them() -> None:
-    drivers = {f"acausal._integrate.{name}" for name in ("run", "run_of_known", "simulate")}
+    drivers = {f"acausal._integrate.{name}" for name in ("run", "stored_run", "simulate")}
     inside = [module for module in MODULES if room_of(module, "acausal._integrate") >= 0]
     assert not [(module, other) for module in inside for other, _ in imports(module) if other in drivers]
 

@@ -63,6 +63,18 @@ def test_a_point_that_is_not_a_number_has_no_density(fit: Fit[GearedLoad]) -> No
     assert fit.log_density([jnp.nan, 0.3]) == -jnp.inf
 
 
+def test_where_a_prediction_fails_the_density_is_practically_zero() -> None:
+    def predict(model: GearedLoad) -> dict[str, Any]:
+        return {"speed": jnp.where(jnp.asarray(model.J_load) > 0.1, jnp.nan, model.motor_speed)}
+
+    data = Experiment(predict, {"speed": 190.0}, {"speed": 5.0}, units={"speed": "rad/s"})
+    fit = identify(GearedLoad(), {"J_load": (1e-3, 1.0)}, data)
+    value, slope = jax.value_and_grad(fit.log_density)(jnp.array([0.5]))
+    assert np.isfinite(value)
+    assert value < -1e10
+    assert np.isfinite(slope).all()
+
+
 @pytest.mark.parametrize("x", [0.1, [0.1], [[0.03, 0.3]], [0.03, 0.3, 1.0]], ids=["number", "one", "batch", "three"])
 def test_a_point_of_another_shape_is_refused(fit: Fit[GearedLoad], x: Any) -> None:
     with pytest.raises(ArgumentError, match=r"log_density takes a vector of 2 numbers \(J_load, torque\)"):

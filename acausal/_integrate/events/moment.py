@@ -52,7 +52,7 @@ def carried_to_moment(
     $$g(t^*, y(t^*)) = 0, \qquad \mathrm{d}t^* = -\frac{\mathrm{d}g}{g_t + g_y f}, \qquad
     \mathrm{d}y^* = \mathrm{d}y + f\,\mathrm{d}t^*,$$
 
-    where dg and dy are changes at a fixed time. A event indicator that does not change with time does not determine
+    where dg and dy are changes at a fixed time. An event indicator that does not change with time does not determine
     the moment. Neither does one that decays to zero and changes its sign by the error of a step: the path of the step
     crosses zero although the rates by the equations have vanished. The rates f are taken at the time `before`, because
     the equations may change at the moment.

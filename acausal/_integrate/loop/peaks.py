@@ -103,9 +103,9 @@ class Peaks:
         old, forward = y[self.settings.layout.peaks], args.forward
         best = Peak(*jnp.split(old, 2))
 
-        hold = jax.lax.stop_gradient
-        held_path, held = hold((path, args))
-        turn = highest_turns(ft.partial(self._sample, held_path, held), *hold((path.t0, end, best.value)))
+        held_path, held_args = jax.lax.stop_gradient((path, args))
+        held_ends = jax.lax.stop_gradient((path.t0, end, best.value))
+        turn = highest_turns(ft.partial(self._sample, held_path, held_args), *held_ends)
         n = len(best.value)
         last = jnp.ravel(path.fixed_time(end))
 
@@ -115,7 +115,7 @@ class Peaks:
             low, high = ((_own(found[part]), _own(rates[part]), x[part]) for part in (slice(n), slice(n, 2 * n)))
             top = _extremum(turn, low, high)
             # Zero, with the derivatives of the time of the extremum.
-            return jnp.where(turn.exists, top.time - hold(top.time), 0.0), (top, found[-1])
+            return jnp.where(turn.exists, top.time - jax.lax.stop_gradient(top.time), 0.0), (top, found[-1])
 
         tops, ends = jax.lax.scan(again, jnp.zeros(n), None, length=DERIVATIVES)[1]
         inside = Peak(tops.value[-1], jnp.asarray(path.moving_time(tops.time[-1])))

@@ -155,9 +155,8 @@ def _outcome(settings: Settings, args: RunArgs, integrated: Integrated, wrong: A
     t, y, why = args.forward * end.t, end.y, end.outcome
     bound = system.carried.with_discrete(inputs, y[layout.point])
     everything = system.evaluate_all(t, y[layout.point], bound)
-    no_start = (
-        [] if args.numbers.start_failed is None else [args.numbers.start_failed > 0.0]
-    )  # not caused by a single value
+    # A failed search for a start is not caused by a single value.
+    no_start = [] if args.numbers.start_failed is None else [args.numbers.start_failed > 0.0]
     rules = [  # the first rule that applies determines the result
         ([wrong], Result.bad_option),
         (system.intake.bad_values(inputs), Result.bad_parameter),

@@ -71,7 +71,7 @@ class Explored(Generic[M]):
 
     @property
     def values(self) -> dict[str, float]:
-        """The free parameters by path, in SI units."""
+        """The free parameters by name, in their declared units."""
         return dict(zip(self.free.names, self.x.tolist(), strict=True))
 
     @property
