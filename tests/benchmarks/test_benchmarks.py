@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.__main__ import main
+from benchmarks.__main__ import BENCHMARKS, main
 from benchmarks._precision import Curve, best_time
 from benchmarks._rows import Row, compared, show
 
@@ -27,6 +27,11 @@ def test_rows_have_the_promised_fields(saved: dict) -> None:
         assert list(row) == ["name", "value", "unit", "against", "ratio"]
         assert math.isfinite(row["value"])
         assert row["ratio"] is None or math.isfinite(row["ratio"])
+
+
+def test_the_page_lists_every_benchmark() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "benchmarks.md").read_text()
+    assert not [name for name in BENCHMARKS if f"| `{name}` |" not in page]
 
 
 def test_the_limit_decides_over_the_ratio() -> None:

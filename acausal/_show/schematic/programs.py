@@ -25,6 +25,7 @@ def least_lengths(count: int, links: Sequence[Link], bounds: Sequence[Bound]) ->
             row[count + i] = -1.0
             rows.append(row)
             limits.append(sign * wanted)
+    # A slight pull towards zero makes the optimum unique.
     cost = np.concatenate([np.full(count, 1e-6), [weight for *_, weight in links]])
     found = scipy.optimize.linprog(
         cost, np.array(rows).reshape(-1, size), limits, bounds=(0.0, None), method="highs-ds"
