@@ -213,6 +213,8 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
             object.__setattr__(self, name, value)
 
     if not TYPE_CHECKING:
+        # Equinox looks at each attribute for a method, in Python, which would take most of the time of a compiled call.
+        __getattribute__ = object.__getattribute__
 
         def __getattr__(self, name: str) -> NoReturn:
             if name.startswith("__"):

@@ -1,6 +1,7 @@
 """Declarations in class statements, and those that are refused."""
 
 import pickle
+import sys
 from typing import Any, ClassVar, Self
 
 import equinox as eqx
@@ -35,8 +36,9 @@ from acausal import (
     simulate,
 )
 from acausal._declare.fields import dynamic_fields
-from acausal._declare.node import leaves_of
+from acausal._declare.node import leaves_of, nodes_of
 from components.electrical import Resistor
+from components.rotational import EccentricDisc
 from components.translational import Mass
 
 
@@ -282,6 +284,27 @@ def test_tree_at_changes_one_leaf() -> None:
     assert changed.r.R == 7.0
     assert model.r.R == 100.0
     assert changed.c.C == model.c.C
+
+
+def test_a_model_is_flattened_with_one_call_for_each_node() -> None:
+    model, calls = rc(), []
+
+    def note(frame: Any, event: str, _: object) -> None:
+        if event == "call":
+            calls.append(frame.f_code.co_name)
+
+    sys.setprofile(note)
+    try:
+        jax.tree_util.tree_flatten(model)
+    finally:
+        sys.setprofile(None)
+    assert calls == ["tree_flatten"] + ["flatten"] * len(list(nodes_of(model)))
+
+
+def test_a_method_of_a_component_can_be_compiled() -> None:
+    profile = EccentricDisc(eccentricity=0.01, radius=0.02)
+    np.testing.assert_allclose(jax.jit(profile.lift)(1.0), profile.lift(1.0))
+    np.testing.assert_allclose(eqx.filter_jit(profile.lift)(1.0), profile.lift(1.0))
 
 
 def test_gradient_skips_start_values_given_as_numbers() -> None:
