@@ -8,67 +8,14 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 from jax.custom_batching import custom_vmap
-from jaxtyping import Array, Float, UInt32
+from jaxtyping import Array, Float
 
-from ._sparse_order import Structure, column_colours, least_degree
+from ._sparse_elimination import EliminationOrder, elimination_of
+from ._sparse_order import Structure, column_colours
 
 ACCURATE = 1e-8  # backward error, relative to the terms, above which elimination has lost half of the digits
 
 _Vector = Float[Array, " n"]
-_Index = UInt32[np.ndarray, " k"]
-
-
-@dataclasses.dataclass(frozen=True, eq=False)
-class EliminationOrder:
-    """The order in which a sparse matrix is eliminated, as tables of positions among its entries and the fill-in.
-
-    The diagonal comes first, by row. Entry `lower[i]` is in row `below[i]` and column `beside[i]`, and `upper[i]` is
-    its mirror image. In sequence, `updated[i] -= left[i] * right[i] / pivot[i]` turns the entries into those of the
-    factors.
-    """
-
-    given: _Index  # of each entry of the matrix
-    size: int
-    below: _Index
-    beside: _Index
-    lower: _Index
-    upper: _Index
-    updated: _Index
-    left: _Index
-    right: _Index
-    pivot: _Index
-
-    @property
-    def work(self) -> int:
-        """The number of multiplications of a factorisation."""
-        return len(self.updated)
-
-    @property
-    def work_of_solve(self) -> int:
-        """The number of multiplications of one solution."""
-        return 2 * len(self.lower)
-
-
-def elimination_of(structure: Structure, most: float) -> EliminationOrder | None:
-    """The elimination of a sparse matrix; None if it takes more than `most` multiplications."""
-    order = least_degree(structure, most)
-    if order is None:
-        return None
-    place = {(row, row): row for row in range(len(structure.indptr) - 1)}
-
-    def at(row: int, column: int) -> int:
-        return place.setdefault((row, column), len(place))
-
-    entries = structure.tocoo()
-    given = [at(*pair) for pair in zip(entries.row.tolist(), entries.col.tolist(), strict=True)]
-    pairs = [(row, k, at(row, k), at(k, row)) for k, rows in order for row in rows]
-    updates = [(at(row, column), at(row, k), at(k, column), k) for k, rows in order for row in rows for column in rows]
-    return EliminationOrder(
-        np.array(given, np.uint32),
-        len(place),
-        *np.array(pairs, np.uint32).reshape(-1, 4).T,
-        *np.array(updates, np.uint32).reshape(-1, 4).T,
-    )
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -129,10 +76,11 @@ class SparseMatrix(eqx.Module):
         vector of `nominal` size are replaced by NaN, which rejects the step.
         """
         of, matrix = self.pattern.elimination, lax.stop_gradient(self)
-        x = _batched(of, _eliminated)(matrix.entries, matrix.diagonal)
-        inverse = 1.0 / x[: self.pattern.n]
-        found = SparseFactors(matrix, x[of.lower] * inverse[of.beside], inverse, x[of.upper] * inverse[of.beside])
-        is_accurate = found.is_accurate(jnp.ones(self.pattern.n) if nominal is None else nominal)
+        n, x = self.pattern.n, _batched(of, _eliminated)(matrix.entries, matrix.diagonal)
+        diagonal, lower, upper = jnp.split(x, [n, n + len(of.below)])
+        inverse = 1.0 / diagonal
+        found = SparseFactors(matrix, lower * inverse[of.beside], inverse, upper * inverse[of.beside])
+        is_accurate = found.is_accurate(jnp.ones(n) if nominal is None else nominal)
         return dataclasses.replace(found, inverse=jnp.where(is_accurate, inverse, jnp.nan))
 
 

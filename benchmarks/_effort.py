@@ -13,6 +13,7 @@ class Effort:
     designs: int = 1024
     lengths: tuple[int, ...] = (10, 100, 1000, 5000)
     nodes: tuple[int, ...] = (100, 200, 1000, 100_000)
+    grid: int = 60  # nodes in a row
     alike: int = 500
     processes: int = 3  # fresh ones, the fastest of which counts
 
@@ -24,6 +25,7 @@ TINY = Effort(
     designs=4,
     lengths=(10,),
     nodes=(10,),
+    grid=4,
     alike=10,
     processes=1,
 )

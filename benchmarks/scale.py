@@ -1,84 +1,14 @@
-"""A wall of many thermal nodes: how a step grows with the system, and a run beside CVODE with its banded solver."""
+"""Large models: how their parts grow with their number, each with its limit."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-
-from acausal import Array, Component, Connections, connect, repeat, simulate
-from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
 
 from ._effort import Effort
-from ._rows import Row, compared
-from ._timing import fastest
-
-LIMITS = {100: 0.1, 200: 0.15, 1000: 0.8, 100_000: 150.0}  # ms a step
-AGAINST_CVODE = 2.0
-HOT, COLD = 400.0, 293.15  # K
-CONDUCTANCE = 10.0  # W/K, with capacities of 1 J/K
-END, RTOL, FINE = 50.0, 1e-6, 1e-9
-
-
-class Wall(Component):
-    """Capacities in a row, heated at one end."""
-
-    hot: FixedTemperature
-    conductors: Array[ThermalConductor]
-    capacities: Array[HeatCapacitor]
-
-    def connections(self) -> Connections:
-        return (
-            connect(self.hot.port, self.conductors[0].a),
-            connect(self.conductors[:].b, self.capacities[:].port),
-            connect(self.capacities[:-1].port, self.conductors[1:].a),
-        )
-
-
-def wall(n: int) -> Wall:
-    """A cold wall of n nodes."""
-    return Wall(
-        hot=FixedTemperature(temperature=HOT),
-        conductors=repeat(ThermalConductor(G=CONDUCTANCE), n),
-        capacities=repeat(HeatCapacitor(C=1.0, T=COLD), n),
-    )
+from ._grid import rows_of_grids
+from ._rows import Row
+from ._wall import rows_of_walls
 
 
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
-    """A step at all lengths, and a run of the longest wall that CVODE can also do in a moment."""
-    rows = [_step(wall(n), n, effort) for n in effort.nodes]
-    n = min(1000, max(effort.nodes))
-    model, other = wall(n), cvode(n)
-    times = fastest({"own": lambda: _end(model), "cvode": other}, min(effort.repeats, 20))
-    np.testing.assert_allclose(_end(model).final.capacities.item.T, other(), rtol=1e-4)
-    name = f"wall of {n} nodes: run"
-    return [*rows, compared(name, 1e3 * times["own"], "ms", 1e3 * times["cvode"], "CVODE, banded", AGAINST_CVODE)]
-
-
-def _end(model: Wall, rtol: float = RTOL) -> Any:
-    return simulate(model, END, rtol=rtol, save="end")
-
-
-def _step(model: Wall, n: int, effort: Effort) -> Row:
-    """The additional time of a run with more steps, for each of them: without its start and its end."""
-    steps = {rtol: int(_end(model, rtol).stats["num_steps"]) for rtol in (RTOL, FINE)}
-    runs = {str(rtol): lambda rtol=rtol: _end(model, rtol) for rtol in steps}
-    times = fastest(runs, min(effort.repeats, 10))
-    milliseconds = 1e3 * (times[str(FINE)] - times[str(RTOL)]) / (steps[FINE] - steps[RTOL])
-    limit = LIMITS.get(n)
-    against = "" if limit is None else f"limit: {limit:g} ms"
-    ratio = None if limit is None else milliseconds / limit
-    return Row(f"wall of {n} nodes: a step", milliseconds, "ms", against, ratio, None if limit is None else 1.0)
-
-
-def cvode(n: int) -> Callable[[], np.ndarray]:
-    """The same wall by hand, integrated by CVODE; returns the temperatures at the end."""
-    from sksundae.cvode import CVODE
-
-    def rates(t: float, y: np.ndarray, dy: np.ndarray) -> None:
-        flow = CONDUCTANCE * -np.diff(y, prepend=HOT)
-        dy[:] = flow
-        dy[:-1] -= flow[1:]
-
-    solver = CVODE(rates, rtol=RTOL, atol=RTOL, linsolver="band", lband=1, uband=1)
-    return lambda: solver.solve(np.array([0.0, END]), np.full(n, COLD)).y[-1]
+    """All large models."""
+    del out
+    return [*rows_of_walls(effort), *rows_of_grids(effort)]

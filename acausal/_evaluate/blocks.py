@@ -53,6 +53,8 @@ def evaluate_block(program: Program, known: Known, guesses: Sequence[Array]) -> 
 
 
 def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> Sequence[Value]:
+    if program.weights is not None:
+        return [jnp.tensordot(program.weights, jnp.asarray(computed(known.values[0])), 1)]
     if program.method == "explicit":
         return [0.0 if value.base is None else value.base for value in _substitute(program, known, {})]
     if program.method == "linear" and program.is_elementwise and program.n_tears <= SMALL:

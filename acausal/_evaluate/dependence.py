@@ -26,8 +26,8 @@ def dependence(plan: Plan, pairs: Sequence[Pair]) -> Structure:
             known[group.first_segment + i] = read[np.repeat(np.arange(len(group.uses)), size)] if size != 1 else read
     if not pairs:
         return scipy.sparse.csr_array((0, n), dtype=np.int32)
-    rows = [known[plan.places[pair].segment][plan.elements(pair)] for pair in pairs]
-    return scipy.sparse.csr_array(scipy.sparse.vstack(rows))
+    segments, positions = plan.positions(pairs)
+    return scipy.sparse.csr_array(scipy.sparse.vstack([known[segment] for segment in segments]))[positions]
 
 
 def _read(group: Group, known: dict[int, Structure], n: int) -> Structure:

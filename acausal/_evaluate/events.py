@@ -36,6 +36,11 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
 
     Raises `ModelError` for an event that changes an unknown name or a parameter, or has side effects.
     """
+    structure = flat.structure
+    if len(flat.leaves) == structure.num_leaves and not _states_events(
+        structure.unflatten(range(structure.num_leaves))
+    ):
+        return None
     entries: list[EventEntry] = []
 
     def stated(*leaves: jax.Array) -> tuple[list[jax.Array], list[jax.Array], list[jax.Array]]:
@@ -164,6 +169,13 @@ def time_leaves(flat: FlatModel, merged: Merged) -> frozenset[int]:
     is_time = (merged.representative == TIME) & (merged.sign == 1)
     others = set(flat.leaf_of_node[~is_time].tolist())
     return frozenset(set(flat.leaf_of_node[is_time].tolist()) - others)
+
+
+def _states_events(view: Node) -> bool:
+    """Whether the class of a component or of one of its parts states events."""
+    if isinstance(view, Component) and type(view).events is not Component.events:
+        return True
+    return any(_states_events(part) for _, part in children(view, "") if isinstance(part, Component))
 
 
 def _events(view: Node, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:

@@ -1,6 +1,7 @@
 """Conversion of the numbers of a model to inputs of its compiled functions."""
 
 import dataclasses
+import itertools
 from collections.abc import Iterable, Sequence
 
 import jax.numpy as jnp
@@ -13,6 +14,7 @@ from .._errors import ParameterError
 from .._numbers import Numbers
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._tracing import known
+from .groups import UNROLLED
 from .model_requirements import ModelRequirements
 from .packing import ModelParameters, discrete_start, slot_values
 from .starts import Inputs, Starts
@@ -93,22 +95,35 @@ class Intake:
     def bad_values(self, inputs: Inputs) -> list[Array]:
         """For each requirement, and each given start value, whether it is violated."""
         checks = self.requirements.broken(inputs.params)
-        for index in sorted(inputs.given):
-            start = self.starts.of_leaf(inputs, index)
-            checks.append(~jnp.all(self.flat.leaves[index].declaration.admits(start)))
+        for leaves in self._checked(inputs.given):
+            declaration = self.flat.leaves[leaves[0]].declaration
+            if len(leaves) > 1:
+                checks.append(~declaration.admits(self.starts.of_scalars(inputs, leaves)))
+            else:
+                checks.append(~jnp.all(declaration.admits(self.starts.of_leaf(inputs, leaves[0]))))
         return checks
 
     def needed(self, given: frozenset[int]) -> list[str]:
         """The condition of each of `bad_values` as a sentence."""
-        return self.requirements.sentences + [_needed(self.flat.leaves[index]) for index in sorted(given)]
+        leaves = itertools.chain.from_iterable(self._checked(given))
+        return self.requirements.sentences + [_needed(self.flat.leaves[index]) for index in leaves]
 
     def bad_value(self, index: int, inputs: Inputs) -> str:
         """A sentence for one of `bad_values`, with the numbers."""
         count = len(self.requirements.sentences)
         if index < count:
             return self.requirements.violation(index, inputs.params)
-        leaf = sorted(inputs.given)[index - count]
+        leaf = list(itertools.chain.from_iterable(self._checked(inputs.given)))[index - count]
         return _bad_start(self.flat.leaves[leaf], np.asarray(self.starts.of_leaf(inputs, leaf)))
+
+    def _checked(self, given: frozenset[int]) -> list[list[int]]:
+        """Given start values that are checked together: scalars with one range, if they are many."""
+        alike: dict[object, list[int]] = {}
+        for index in sorted(given):
+            leaf = self.flat.leaves[index]
+            alike.setdefault(index if leaf.stack or leaf.sizes else leaf.declaration.range, []).append(index)
+        parts = [[own] if len(own) > UNROLLED else [[index] for index in own] for own in alike.values()]
+        return list(itertools.chain.from_iterable(parts))
 
 
 def _strong(value: Numbers) -> Numbers:

@@ -86,7 +86,10 @@ class Plan:
 
     def _group(self, uses: list[Use]) -> Group:
         program = uses[0].program
-        reads = [self.read([use.values[i] for use in uses]) for i in range(len(uses[0].values))]
+        if program.weights is None:
+            reads = [self.read([use.values[i] for use in uses]) for i in range(len(uses[0].values))]
+        else:
+            reads = [self.read([pair for use in uses for pair in use.values], len(program.weights))]
         members = [np.array([use.members[i] for use in uses]) for i in range(len(program.params))]
         depends = frozenset(segment for read in reads for segment in read.segments)
         return Group(program, uses, reads, members, len(self._sizes), depends)
@@ -99,17 +102,21 @@ class Plan:
                 self.places[use.gives[i]] = Slot(len(self._sizes), member * size)
             self._sizes.append(size * len(uses))
 
-    def read(self, pairs: Sequence[Pair]) -> Read:
-        """The gather of the values of pairs of one shape."""
-        places = [self.places[pair] for pair in pairs]
-        segments = tuple(sorted({place.segment for place in places}))
-        offset, total = {}, 0
-        for segment in segments:
-            offset[segment] = total
-            total += self._sizes[segment]
-        starts = np.array([offset[place.segment] + place.start for place in places])
+    def read(self, pairs: Sequence[Pair], several: int | None = None) -> Read:
+        """The gather of the values of pairs of one shape; or of `several` pairs for each member, stacked."""
+        segments, elements = self.positions(pairs)
         shape = self.shapes[pairs[0][0]]
-        return Read(segments, starts[:, None] + np.arange(math.prod(shape)), shape)
+        members = len(pairs) // (several or 1)
+        return Read(tuple(segments), elements.reshape(members, -1), shape if several is None else (several, *shape))
+
+    def positions(self, pairs: Sequence[Pair]) -> tuple[list[int], np.ndarray]:
+        """The segments of pairs, and the positions of the elements of pairs in the concatenation of these segments."""
+        segment, start = np.array([self.places[pair] for pair in pairs], int).reshape(-1, 2).T
+        segments, own = np.unique(segment, return_inverse=True)
+        first = start + np.cumsum([0, *(self._sizes[number] for number in segments)])[own]
+        sizes = np.array([self.size(variable) for variable, _ in pairs], int)
+        inside = np.arange(sizes.sum()) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+        return segments.tolist(), np.repeat(first, sizes) + inside
 
     def needed(self, segments: Iterable[int]) -> list[Group]:
         """The groups that produce these segments, and all their predecessors."""
@@ -169,18 +176,10 @@ class Plan:
             else:
                 runs.append([segment, start, start + size])
         if len(runs) > MANY_RUNS:
-            return self._gathered(store, pairs)
+            segments, positions = self.positions(pairs)
+            return jnp.concatenate([store.flat(segment) for segment in segments])[positions]
         parts = [store.flat(segment)[start:stop] for segment, start, stop in runs]
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
-
-    def _gathered(self, store: Segments, pairs: Sequence[Pair]) -> Array:
-        segments = sorted({self.places[pair].segment for pair in pairs})
-        offset = dict(zip(segments, np.cumsum([0, *(self._sizes[s] for s in segments)]).tolist(), strict=False))
-        starts = [offset[self.places[pair].segment] + self.places[pair].start for pair in pairs]
-        index = np.concatenate(
-            [start + np.arange(self.size(pair[0])) for start, pair in zip(starts, pairs, strict=True)]
-        )
-        return jnp.concatenate([store.flat(segment) for segment in segments])[index]
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1), inline=INLINE)

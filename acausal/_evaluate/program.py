@@ -1,7 +1,10 @@
 """A block as a small program without references to components, so that similar blocks share it."""
 
 import dataclasses
+import functools as ft
 from typing import Literal, NamedTuple
+
+import numpy as np
 
 from .._reduce.aliases import ZERO
 from .._reduce.incidence import Pair
@@ -10,6 +13,8 @@ from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .._reduce.tear import SolutionMethod, Torn
 from .._reduce.template import Template
+
+MANY = 16  # number of values above which their sum is one operation on an array
 
 
 class Arg(NamedTuple):
@@ -43,6 +48,24 @@ class Program:
     @property
     def n_tears(self) -> int:
         return len(self.shapes) - len(self.steps)
+
+    @ft.cached_property
+    def weights(self) -> np.ndarray | None:
+        """The weight of each value in the result, if this is a sum of many flows, such as the current of a ground. Such
+        a program reads its values as one array.
+        """
+        if len(self.steps) != 1 or self.residuals or self.method != "explicit":
+            return None
+        (step,) = self.steps
+        terms = step.template.form.terms
+        own = [i for i, arg in enumerate(step.args) if arg.source in ("value", "unknown")]
+        if step.template.owner is not None or len(own) <= MANY or any(a.source in ("time", "one") for a in step.args):
+            return None
+        sums = np.zeros(len(own))  # of the unknown, then of each value
+        for i in own:
+            arg = step.args[i]
+            sums[0 if arg.source == "unknown" else 1 + arg.number] += arg.sign * (terms[i].number or 0.0)
+        return -sums[1:] / sums[0]
 
     @property
     def is_elementwise(self) -> bool:

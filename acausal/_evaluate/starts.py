@@ -100,6 +100,10 @@ class Starts:
         """The start values in one leaf."""
         return jnp.asarray(inputs.starts)[self._slice(leaf)]
 
+    def of_scalars(self, inputs: Inputs, leaves: Sequence[int]) -> Array:
+        """The start values in leaves of one number each."""
+        return jnp.asarray(inputs.starts)[self._ends[[self._place_of_leaf[leaf] for leaf in leaves]]]
+
     def leaves_behind(self, given: frozenset[int], nodes: Sequence[int]) -> frozenset[int]:
         """The numbers of the leaves that determine the start values of representative nodes."""
         aliases = [self._counted(given, node) for node in nodes]
@@ -162,9 +166,17 @@ class Starts:
 
     def _slice(self, leaf: int) -> slice:
         """The positions of a leaf in the vector of all start values."""
-        place = self.flat.variable_leaves.index(leaf)
-        first = int(np.sum(self._elements[:place]))
-        return slice(first, first + int(self._elements[place]))
+        place = self._place_of_leaf[leaf]
+        first, last = self._ends[place : place + 2]
+        return slice(int(first), int(last))
+
+    @ft.cached_property
+    def _place_of_leaf(self) -> dict[int, int]:
+        return {leaf: place for place, leaf in enumerate(self.flat.variable_leaves)}
+
+    @ft.cached_property
+    def _ends(self) -> np.ndarray:
+        return np.cumsum([0, *self._elements])
 
     @ft.cached_property
     def _elements(self) -> np.ndarray:

@@ -33,13 +33,41 @@ def dependencies(rows: list[Row], exact: Arithmetic) -> list[Row]:
 
     Every combination has a row that is in no other one: the last row of the elimination.
     """
+    core = _core(rows)
+    rows = [rows[i] for i in core]
     if not _eliminated([dict(row) for row in rows], exact):
         return []
     # Row i gets a 1 in column width + i, which counts how often it was added to others.
     width = 1 + max((column for row in rows for column in row), default=0)
     tracked = [{**row, width + i: 1} for i, row in enumerate(rows)]
     vanished = _eliminated(tracked, exact, width)
-    return [{column - width: factor for column, factor in tracked[i].items()} for i in vanished]
+    return [{core[column - width]: factor for column, factor in tracked[i].items()} for i in vanished]
+
+
+def _core(rows: list[Row]) -> list[int]:
+    """The rows that remain when each row with a column that no other row has is removed, again and again. The others
+    are in no vanishing combination.
+    """
+    users = _users(rows)
+    alone = [column for column, own in users.items() if len(own) == 1]
+    kept = set(range(len(rows)))
+    while alone:
+        for i in users[alone.pop()] & kept:
+            kept.remove(i)
+            for column in rows[i]:
+                users[column].remove(i)
+                if len(users[column]) == 1:
+                    alone.append(column)
+    return sorted(kept)
+
+
+def _users(rows: list[Row]) -> dict[int, set[int]]:
+    """The rows with an entry in each column."""
+    users: dict[int, set[int]] = {}
+    for i, row in enumerate(rows):
+        for column in row:
+            users.setdefault(column, set()).add(i)
+    return users
 
 
 def _eliminated(rows: list[Row], exact: Arithmetic, width: int | None = None) -> list[int]:
@@ -47,10 +75,7 @@ def _eliminated(rows: list[Row], exact: Arithmetic, width: int | None = None) ->
 
     Columns from `width` on are transformed, but provide no pivots.
     """
-    users: dict[int, set[int]] = {}
-    for i, row in enumerate(rows):
-        for column in row:
-            users.setdefault(column, set()).add(i)
+    users = _users(rows)
     waiting = [(len(row), i) for i, row in enumerate(rows)]
     heapq.heapify(waiting)
     done: set[int] = set()

@@ -7,7 +7,7 @@ from typing import Literal, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jax import Array
+from jax import Array, lax
 
 from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
@@ -149,7 +149,10 @@ def sum_template(factors: tuple[float, ...], shape: tuple[int, ...]) -> Template
 
     def residual(*values: Array) -> Numbers:
         terms = [v if f == 1 else -v if f == -1 else f * v for v, f in zip(values, factors, strict=True)]
-        return sum(terms[1:], terms[0]) if terms else jnp.zeros(shape)
+        # In pairs, since the form of a partial sum is as long as the sum.
+        while len(terms) > 1:
+            terms = [lax.add(*pair) for pair in zip(terms[::2], terms[1::2], strict=False)] + terms[len(terms) & ~1 :]
+        return terms[0] if terms else jnp.zeros(shape)
 
     closed = jax.make_jaxpr(residual)(*structs([shape] * len(factors)))
     inputs = tuple(Input(slot, 0, "var") for slot in range(len(factors)))

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
-from ..._evaluate.observe import observe
+from ..._evaluate.all_values import all_values_of
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
@@ -64,12 +64,12 @@ def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -
 
     The first `batch` axes of all arrays are those of a batch of runs.
     """
+    spread = _all_values(system).leaves
     if batch or np.ndim(ts) != 1 or not len(ts) or are_traced(ts, ys, inputs):
-        return result_of(_Trajectories(system, batch), (ts, ys, inputs))
-    blocks = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
-    if len(blocks) == 1:
-        return jax.device_put(blocks[0])
-    return {leaf: jax.device_put(np.concatenate([block[leaf] for block in blocks])) for leaf in blocks[0]}
+        found = result_of(_Trajectories(system, batch), (ts, ys, inputs))
+        return jax.tree.map(jnp.asarray, spread(ts, found))
+    vectors = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
+    return jax.device_put(spread(ts, np.concatenate(vectors)))
 
 
 def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | None:
@@ -77,11 +77,9 @@ def first_bad_row(system: System, ts: Any, ys: Any, inputs: Inputs) -> int | Non
 
     Parameters and discrete variables are not checked: an infinite time may mean "never".
     """
-    first = 0
+    first, count = 0, _all_values(system).count
     for t, y in _blocks(ts, ys):
-        values = _block(system, np.asarray(t), np.asarray(y), inputs)
-        columns = [np.reshape(values[leaf], (len(t), -1)) for leaf in system.flat.variable_leaves]
-        is_bad = ~np.all(np.isfinite(np.concatenate([np.zeros((len(t), 1)), *columns], axis=1)), axis=1)
+        is_bad = ~np.all(np.isfinite(_block(system, np.asarray(t), np.asarray(y), inputs)[:, :count]), axis=1)
         if np.any(is_bad):
             return first + int(np.argmax(is_bad))
         first += len(t)
@@ -94,16 +92,18 @@ def _blocks(ts: Any, ys: Any) -> Iterator[tuple[Any, Any]]:
         yield ts[i : i + NUMBERS[-1]], ys[i : i + NUMBERS[-1]]
 
 
-def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> dict[int, np.ndarray]:
-    """The values of variables at one block of known points."""
+def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> np.ndarray:
+    """The vectors of values at one block of known points."""
     rows = shared(len(ts))
-    found = result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs))
-    return {leaf: np.asarray(values)[: len(ts)] for leaf, values in found.items()}
+    return np.asarray(result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs)))[: len(ts)]
+
+
+_all_values = ft.lru_cache(maxsize=64)(all_values_of)
 
 
 @dataclasses.dataclass(frozen=True)
 class _Trajectories:
-    """`trajectories` as a function of numbers only."""
+    """The vectors of `trajectories` as a function of numbers only."""
 
     system: System
     batch: int
@@ -113,14 +113,11 @@ class _Trajectories:
         return "trajectories"
 
     @ft.partial(jax.jit, static_argnums=0)
-    def __call__(self, arguments: tuple[Numbers, Numbers, Inputs]) -> dict[int, Array]:
-        system, leaves = self.system, self.system.flat.variable_leaves
+    def __call__(self, arguments: tuple[Numbers, Numbers, Inputs]) -> Array:
+        vector = _all_values(self.system).vector
 
-        def at(t: Numbers, y: Array, inputs: Inputs) -> dict[int, Numbers]:
-            if jnp.ndim(t) > 0:
-                return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs)
-            values = dict(zip(leaves, observe(system, t, y, inputs, leaves), strict=True))
-            return values | system.carried.discrete_values(y, inputs)
+        def at(t: Numbers, y: Array, inputs: Inputs) -> Array:
+            return jax.vmap(at, in_axes=(0, 0, None))(t, y, inputs) if jnp.ndim(t) > 0 else vector(t, y, inputs)
 
         return over_batch(at, self.batch)(*arguments)
 
