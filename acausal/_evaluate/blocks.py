@@ -60,12 +60,12 @@ def _unknowns(program: Program, known: Known, guesses: Sequence[Array]) -> Seque
     if program.method == "linear" and program.is_elementwise and program.n_tears <= SMALL:
         return _linear(program, known)
     tears = _dense(program, known) if program.method == "linear" else _nonlinear(program, known, guesses)
-    return _with_tears(program, known, tears)
+    return with_tears(program, known, tears)
 
 
 def residuals(program: Program, known: Known) -> list[Array]:
     """The residuals of a program without unknowns."""
-    return _residuals(program, known, [])
+    return residuals_at(program, known, [])
 
 
 def _residual(step: Step, known: Known, unknowns: dict[int, Affine]) -> Affine:
@@ -129,13 +129,15 @@ def _inserted(value: Affine, tears: dict[int, Value]) -> Value:
     return 0.0 if total is None else total
 
 
-def _with_tears(program: Program, known: Known, tears: Sequence[Array]) -> list[Numbers]:
+def with_tears(program: Program, known: Known, tears: Sequence[Array]) -> list[Numbers]:
+    """All unknowns of a block from its tearing variables."""
     given = {i: Affine(value) for i, value in zip(_tear_indices(program), tears, strict=True)}
     return [value.value() for value in _substitute(program, known, given)]
 
 
-def _residuals(program: Program, known: Known, tears: Sequence[Array]) -> list[Array]:
-    unknowns = {i: Affine(value) for i, value in enumerate(_with_tears(program, known, tears))}
+def residuals_at(program: Program, known: Known, tears: Sequence[Array]) -> list[Array]:
+    """The residuals of a block for some values of its tearing variables."""
+    unknowns = {i: Affine(value) for i, value in enumerate(with_tears(program, known, tears))}
     return [
         jnp.broadcast_to(jnp.asarray(_residual(step, known, unknowns).value(), float), step.template.shape)
         for step in program.residuals
@@ -154,7 +156,7 @@ def _dense_system(program: Program, known: Known) -> tuple[Array, Array, Callabl
     flat, unravel = ravel_pytree(zeros)
 
     def residual(x: Array) -> Array:
-        return ravel_pytree(_residuals(program, known, unravel(x)))[0]
+        return ravel_pytree(residuals_at(program, known, unravel(x)))[0]
 
     return jax.jacfwd(residual)(flat), residual(flat), unravel
 
@@ -186,10 +188,10 @@ class _Nonlinear:
         return np.concatenate([np.full(math.prod(shape), size) for shape, size in pairs])
 
     def residual(self, x: Array, args: PyTree) -> Array:
-        return ravel_pytree(_residuals(self.program, Known(*args), self._tears(x)))[0]
+        return ravel_pytree(residuals_at(self.program, Known(*args), self._tears(x)))[0]
 
     def is_inside(self, x: Array, args: PyTree) -> Array:
-        found = zip(_with_tears(self.program, Known(*args), self._tears(x)), self.program.ranges, strict=True)
+        found = zip(with_tears(self.program, Known(*args), self._tears(x)), self.program.ranges, strict=True)
         return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
 
     def _tears(self, x: Array) -> list[Array]:

@@ -1,0 +1,163 @@
+"""Directional derivatives of the values of a model with respect to its states and the time."""
+
+import dataclasses
+from collections.abc import Sequence
+
+import jax
+import numpy as np
+from jax import Array
+
+from .._evaluate.groups import Group
+from .._jax_private import jaxpr_as_fun
+from .._reduce.jaxpr import slice_outputs, structs
+from .calls import Call, Solve, fill, operand
+from .functions import Function, Writer, function_of
+from .layout import Places
+from .model import CModel
+from .programs import Direct, Implicit, Source
+
+
+@dataclasses.dataclass(frozen=True)
+class ImplicitAlong:
+    """The derivatives of the residuals of a block, for a given change of its inputs, and those of all its unknowns,
+    for a given change of the tearing variables, too.
+    """
+
+    residual: Function
+    unknowns: Function
+    n_moving: int
+
+
+@dataclasses.dataclass(frozen=True)
+class MovedRoot:
+    """The derivative of the unknowns of an implicit block, by the implicit function theorem."""
+
+    solve: Solve
+    along: ImplicitAlong
+    moving: tuple[tuple[Places, int], ...]
+    tears: tuple[tuple[Places, int], ...]
+    results: tuple[Places, ...]
+
+    def write(self, writer: Writer) -> None:
+        block = self.solve.block
+        n = len(block.sizes)
+        with writer.block(""), writer.loops(self.solve.count) as index:
+            writer.line(f"double in[{max(block.n_inputs, 1)}], din[{self.along.n_moving}], x[{n}], dx[{n}];")
+            self.solve.gather(writer, index)
+            for name, operands in (("din", self.moving), ("x", self.tears)):
+                start = 0
+                for places, size in operands:
+                    fill(writer, name, start, places, size, index)
+                    start += size
+            if np.any(block.sizes != 1.0):
+                with writer.loops(n) as own:
+                    place = own.variables[0] or "0"
+                    writer.line(f"x[{place}] /= {writer.tables.of(block.sizes, 'f')}[{place}];")
+            writer.line(f"{self.along.residual.name}(in, x, din, dx);")
+            writer.line(f"move_root({block.equations.name}, in, x, dx, {n});")
+            outputs = [operand(places, index, is_array=True) for places in self.results]
+            writer.line(f"{self.along.unknowns.name}(in, x, din, dx, {', '.join(outputs)});")
+
+
+@dataclasses.dataclass(frozen=True)
+class Along:
+    """The functions and calls that compute the tangents of the values that the rates need."""
+
+    functions: list[Function]
+    calls: list[Call | MovedRoot]
+
+
+def along(model: CModel) -> Along:
+    """The tangents of the rates, from those of the states and of the time."""
+    functions: dict[int, Function | ImplicitAlong] = {}
+    calls: list[Call | MovedRoot] = []
+    for group, evaluation in zip(model.groups(model.system.rates), model.rates, strict=True):
+        code, source = model.code(group), model.source(group)
+        if isinstance(code, Direct):
+            own = functions.setdefault(id(code), _direct(source, code))
+            assert isinstance(own, Function)
+            calls.append(_call(model, group, code, own))
+        else:
+            both = functions.setdefault(id(code), _implicit(source, code))
+            assert isinstance(both, ImplicitAlong) and isinstance(evaluation, Solve)
+            calls.append(_moved(model, group, evaluation, both))
+    found: list[Function] = []
+    for item in functions.values():
+        found += [item] if isinstance(item, Function) else [item.residual, item.unknowns]
+    return Along(found, calls)
+
+
+def _moving(source: Source, reads: Sequence[int]) -> list[int]:
+    """The inputs that change along a direction: values and the time, but no parameters."""
+    return [i for i in reads if i >= len(source.param_shapes)]
+
+
+def _direct(source: Source, code: Direct) -> Function:
+    closed, moving = code.closed, _moving(source, code.reads)
+    n, places = len(code.reads), [code.reads.index(i) for i in moving]
+
+    def tangents(*values: Array) -> list[Array]:
+        def outputs(*own: Array) -> list[Array]:
+            changed = dict(zip(places, own, strict=True))
+            return jaxpr_as_fun(closed)(*(changed.get(i, x) for i, x in enumerate(values[:n])))
+
+        return jax.jvp(outputs, tuple(values[i] for i in places), values[n:])[1]
+
+    shapes = [source.shapes[i] for i in (*code.reads, *moving)]
+    names = [source.input_names[i] for i in code.reads] + [f"d_{source.input_names[i]}" for i in moving]
+    whole = jax.make_jaxpr(tangents)(*structs(shapes))
+    piece, used = slice_outputs(whole, slice(None))
+    outputs = [f"d_{name}" for name in source.output_names]
+    function = function_of(
+        f"{source.name}_along", piece, [names[i] for i in used], outputs, source.tables, source.where
+    )
+    return dataclasses.replace(function, takes=used)
+
+
+def _call(model: CModel, group: Group, code: Direct, function: Function) -> Call:
+    operands = model.operands(group)
+    every = [operands[i] for i in code.reads]
+    every += [_tangent(operands[i]) for i in _moving(model.source(group), code.reads)]
+    results = tuple(
+        _tangent(model.layout.values([use.gives[i] for use in group.uses])) for i in range(len(group.program.shapes))
+    )
+    return Call(function, tuple(every[i] for i in function.takes), results, ())
+
+
+def _tangent(places: Places) -> Places:
+    return places._replace(space=f"d{places.space}")
+
+
+def _implicit(source: Source, code: Implicit) -> ImplicitAlong:
+    n_fixed, n_moving = code.n_fixed, code.n_inputs - code.n_fixed
+
+    def residual(inputs: Array, x: Array, moving: Array) -> Array:
+        fixed, own = inputs[:n_fixed], inputs[n_fixed:]
+        return jax.jvp(lambda own: code.residual(fixed, own, x), (own,), (moving,))[1]
+
+    def unknowns(inputs: Array, x: Array, moving: Array, dx: Array) -> list[Array]:
+        fixed, own = inputs[:n_fixed], inputs[n_fixed:]
+        return jax.jvp(lambda own, x: code.values(fixed, own, x), (own, x), (moving, dx))[1]
+
+    n = len(code.sizes)
+    shapes = [(code.n_inputs,), (n,), (n_moving,), (n,)]
+    name, tables, where = source.name, source.tables, source.where
+    return ImplicitAlong(
+        function_of(
+            f"{name}_equations_along", jax.make_jaxpr(residual)(*structs(shapes[:3])), ["in", "x", "din"],
+            ["residual"], tables, where, vectors=True,
+        ),
+        function_of(
+            f"{name}_unknowns_along", jax.make_jaxpr(unknowns)(*structs(shapes)), ["in", "x", "din", "dx"],
+            [f"d_{own}" for own in source.output_names], tables, where, vectors=True,
+        ),
+        n_moving,
+    )  # fmt: skip
+
+
+def _moved(model: CModel, group: Group, solve: Solve, code: ImplicitAlong) -> MovedRoot:
+    n_params, program = len(group.program.params), group.program
+    moving = [(_tangent(places), size) for places, size in solve.inputs[n_params:]]
+    sizes = [int(np.prod(shape)) for shape in program.shapes]
+    tears = [(solve.results[i], sizes[i]) for i in range(len(program.steps), len(sizes))]
+    return MovedRoot(solve, code, tuple(moving), tuple(tears), tuple(map(_tangent, solve.results)))

@@ -1,0 +1,139 @@
+"""The header and the source file of a model."""
+
+import dataclasses
+from typing import NamedTuple
+
+from .bands import bands
+from .derivatives import MovedRoot, along
+from .events import CEvents
+from .model import CModel
+from .requirements import requirement_functions
+from .source import along_functions, output_functions, rate_functions, start_functions
+from .steps import step_functions
+from .write import constants, enumeration, helpers, places_of, shared
+
+
+@dataclasses.dataclass(frozen=True)
+class Code:
+    """The texts of the files of a model."""
+
+    header: str
+    source: str
+
+
+def events_of(model: CModel) -> CEvents | None:
+    """The events of a model; None if it has none."""
+    events = model.system.events
+    return None if events is None else CEvents(model, events, bands(model.system, model.inputs))
+
+
+def code_of(model: CModel, step: float, method: str) -> Code:
+    """The header and the source file, with steps of a fixed size."""
+    events = events_of(model)
+    evaluations = [*model.rates, *model.rest]
+    tangents = along(model)
+    functions = [item.text for item in [*model.functions, *tangents.functions]]
+    body = [
+        *functions,
+        *start_functions(model, events is not None),
+        *rate_functions(model),
+        *output_functions(model),
+        *along_functions(model, tangents),
+        *requirement_functions(model),
+        *(events.functions() if events else []),
+        *step_functions(model, step, method, events is not None),
+    ]
+    has_roots = any(isinstance(call, MovedRoot) for call in tangents.calls)
+    common = shared(evaluations, has_roots=has_roots, has_matrix=method == "implicit" and model.n_states > 0)
+    text = "\n\n".join([*common, *body])
+    head = "\n".join([f'#include "{model.name}.h"', "#include <math.h>"])
+    source = "\n\n".join([head, *constants(model.tables), *helpers(text), text]) + "\n"
+    return Code(_header(model, events, step, method), source)
+
+
+def _header(model: CModel, events: CEvents | None, step: float, method: str) -> str:
+    name, prefix = model.name, f"{model.name}_"
+    guard = f"{name.upper()}_H"
+    outputs = [(output.name, i, f"{output.name} [{output.unit}]") for i, output in enumerate(model.outputs)]
+    parts = [
+        f"/* {name}: C code of a model of acausal, with steps of {step!r} s ({method}). */",
+        f"#ifndef {guard}\n#define {guard}",
+        "\n".join(["typedef struct {", *(field.text for field in fields(model, events, method)), f"}} {name};"]),
+        places_of(f"{prefix}X_", model.states),
+        places_of(f"{prefix}P_", model.parameters),
+        places_of(f"{prefix}D_", model.discrete),
+        enumeration(f"{prefix}Y_", outputs),
+        f"enum {{ {prefix}N_X = {model.n_states}, {prefix}N_Y = {len(model.outputs)} }};",
+        *_declarations(name, events is not None),
+        "#endif",
+    ]
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+class Field(NamedTuple):
+    """A field of the C struct of a model; an array if it has a size."""
+
+    type: str
+    name: str
+    size: int | None
+    comment: str
+
+    @property
+    def text(self) -> str:
+        size = "" if self.size is None else f"[{self.size}]"
+        return f"    {self.type}{'' if self.type.endswith('*') else ' '}{self.name}{size}; /* {self.comment} */"
+
+
+def fields(model: CModel, events: CEvents | None, method: str) -> list[Field]:
+    """The fields of the struct, in order."""
+    n = model.n_states
+    sizes = {
+        "x": (n, "states"),
+        "p": (model.layout.n_params, "parameters"),
+        "d": (model.layout.n_discrete, "discrete variables"),
+        "v": (model.layout.n_values, "states and unknowns, in the order of evaluation"),
+        "dv": (model.layout.n_values, "their derivatives along a direction"),
+        "guess": (len(model.start_guess), "starting points of iterations"),
+    }
+    if method == "implicit":
+        sizes["matrix"] = (n * n, "of a step")
+    if events:
+        sizes["due"] = (events.events.total, "next times of the time events, s")
+        sizes["first"] = (events.n_times, "times of the time events, s")
+        sizes["every"] = (events.n_times, "their periods, s")
+    found = [
+        Field("double", "t", None, "time, s"),
+        Field("double", "start", None, "time of the first step, s"),
+        Field("long", "count", None, "steps so far"),
+        Field("int", "failures", None, "searches for the unknowns of a block that failed, so far"),
+        *(Field("double", name, max(size, 1), comment) for name, (size, comment) in sizes.items()),
+    ]
+    if events:
+        found += [
+            Field("int", "truths", max(events.n_relations, 1), "of the relations in conditions"),
+            Field("int", "holds", events.events.total, "the conditions of the events"),
+            Field("int", "is_start", None, "whether no relation has a truth yet"),
+            Field("const char *", "refused", None, "the reason why an event ended the run, or 0"),
+        ]
+    return found
+
+
+def _declarations(name: str, has_events: bool) -> list[str]:
+    """The public functions, each with its purpose."""
+    found = [
+        ("Sets the parameters, discrete variables and states to their start values.", f"void {name}_start({name} *m);"),
+        ("The sentence of a requirement that the parameters violate, or 0.", f"const char *{name}_violation(const {name} *m);"),
+        ("One step, then the events at its end: 1 if an event changed the model, -1 for a failure, otherwise 0.", f"int {name}_step({name} *m);"),
+        ("The outputs at the time and states of the struct.", f"void {name}_outputs({name} *m, double *y);"),
+        ("The rates of the states.", f"void {name}_rates({name} *m, double *rates);"),
+        ("All values, in v.", f"void {name}_evaluate({name} *m);"),
+        ("The derivatives of the rates along a direction, at the point of the last evaluation.", f"void {name}_along({name} *m, double dt, const double *dx, double *drates);"),
+    ]  # fmt: skip
+    if has_events:
+        found += [
+            ("The events at the start; returns as _step.", f"int {name}_initialise({name} *m);"),
+            ("The events at the time of the struct; returns as _step.", f"int {name}_events({name} *m);"),
+            ("The event indicators, positive if a relation holds, after _evaluate.", f"void {name}_indicators(const {name} *m, double *indicator);"),
+            ("The next time event, s.", f"double {name}_next_time(const {name} *m);"),
+        ]  # fmt: skip
+    return [f"/* {purpose} */\n{declaration}" for purpose, declaration in found]

@@ -1,0 +1,38 @@
+"""The leaves of a model, read from the arrays of its C struct."""
+
+import numpy as np
+
+from .expressions import SIGN, Expression
+from .functions import Writer
+from .layout import Layout
+from .values import Index, Value
+
+
+def leaf_value(writer: Writer, layout: Layout, leaf: int) -> Value:
+    """A leaf as an array: in place if its elements lie in one array with one sign, otherwise copied."""
+    own = layout.system.flat.leaves[leaf]
+    shape = own.stack + own.sizes
+    members = layout.leaf(leaf)
+    kinds = {(places.space, places.sign) for places, _ in members}
+    if len(kinds) == 1:
+        ((space, sign),) = kinds
+        every = np.concatenate([places.firsts[0] + np.arange(size) for places, size in members])
+        return _in_place(space, sign, every, shape)
+    target = writer.declare(shape, "f", own.path)
+    done = 0
+    for places, size in members:
+        part = _in_place(places.space, places.sign, places.firsts[0] + np.arange(size), (size,))
+        writer.assign(target, part, done + np.arange(size))
+        done += size
+    return target
+
+
+def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> Value:
+    def at(index: Index) -> Expression:
+        if space in ("", "t"):
+            text = space or "0.0"
+        else:
+            text = f"{space}[{index.through(every).text}]"
+        return Expression(text) if sign > 0 else Expression(f"-{text}", SIGN)
+
+    return Value(shape, "f", at)

@@ -1,0 +1,281 @@
+"""The sorted system of a model as calls of C functions on numbered values."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+
+from .._declare.component import Component
+from .._declare.layout import complete_leaves
+from .._errors import ModelError, suggestion
+from .._evaluate.building import check_structure, system_of
+from .._evaluate.groups import Group
+from .._evaluate.initial import checked_names, initial_state
+from .._evaluate.program import Program
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .._reduce.incidence import Pair
+from .._reduce.ranges import Ranges, ranges_of_pair
+from .calls import Call, Solve
+from .expressions import Names, identifier
+from .functions import Function
+from .layout import Layout, Places, Quantity
+from .programs import Direct, Implicit, Source, is_direct
+from .values import Tables
+
+
+@dataclasses.dataclass(frozen=True)
+class Output:
+    """A scalar variable of the model, read from the values."""
+
+    name: str
+    unit: str
+    places: Places
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class CModel:
+    """A model with known numbers as C functions and their calls, ready to be written.
+
+    `rates` compute the derivatives of the states, and `rest` all other values; both in order of evaluation.
+    """
+
+    name: str
+    system: System
+    inputs: Inputs
+    layout: Layout
+    tables: Tables
+    parameters: list[Quantity]
+    discrete: list[Quantity]
+    states: list[Quantity]
+    outputs: list[Output]
+    start_guess: np.ndarray
+    t0: float
+
+    @property
+    def n_states(self) -> int:
+        return len(self.system.nominals)
+
+    @ft.cached_property
+    def rate_places(self) -> np.ndarray:
+        """The position of the derivative of each element of the state vector."""
+        plan = self.system.plan
+        own = [self.layout.place(pair) + np.arange(plan.size(pair[0])) for pair in self.system.rates]
+        return np.concatenate([np.zeros(0, int), *own])
+
+    @property
+    def state_ranges(self) -> list[tuple[Ranges, np.ndarray]]:
+        """The declared ranges of states, and the positions of these states."""
+        table, plan = self.system.ordered.table, self.system.plan
+        found = [(ranges_of_pair(table, pair), plan.elements(pair)) for pair in self.system.states]
+        return [(ranges, places) for ranges, places in found if ranges]
+
+    @ft.cached_property
+    def rates(self) -> list[Call | Solve]:
+        return [self._evaluation(group) for group in self.groups(self.system.rates)]
+
+    @ft.cached_property
+    def rest(self) -> list[Call | Solve]:
+        done = {group.first_segment for group in self.groups(self.system.rates)}
+        return [self._evaluation(group) for group in self.system.plan.groups if group.first_segment not in done]
+
+    def groups(self, pairs: Iterable[Pair]) -> list[Group]:
+        """The groups that compute some values, in order."""
+        plan = self.system.plan
+        return plan.needed({plan.places[pair].segment for pair in pairs})
+
+    # Programs as functions
+
+    @ft.cached_property
+    def names(self) -> Names:
+        return Names()
+
+    @ft.cached_property
+    def _sources(self) -> dict[Program, Source]:
+        return {}
+
+    @ft.cached_property
+    def _code(self) -> dict[Program, Direct | Implicit]:
+        return {}
+
+    def source(self, group: Group) -> Source:
+        """The program of a group with the shapes of its inputs."""
+        program = group.program
+        if program not in self._sources:
+            holders = self.system.flat.holders
+            self._sources[program] = Source(
+                program,
+                self.names.new(_function_name(program)),
+                " and ".join(self._equation_names(group)[:3]),
+                tuple(holders[kind].kind.sizes[slot] for kind, slot in program.params),
+                tuple(read.shape for read in group.reads),
+                self.tables,
+                _comment(program),
+            )
+        return self._sources[program]
+
+    def code(self, group: Group) -> Direct | Implicit:
+        """The functions of the program of a group."""
+        program, source = group.program, self.source(group)
+        if program not in self._code:
+            self._code[program] = source.direct() if is_direct(program) else source.implicit()
+        return self._code[program]
+
+    @property
+    def functions(self) -> list[Function]:
+        """All functions of the equations."""
+        found: list[Function] = []
+        for code in self._code.values():
+            found += [code.function] if isinstance(code, Direct) else [code.equations, code.unknowns]
+        return found
+
+    def operands(self, group: Group) -> list[Places]:
+        """The inputs of the program of a group: its parameters, values, and the time."""
+        layout = self.layout
+        own = [layout.members(key, members) for key, members in zip(group.program.params, group.members, strict=True)]
+        own += [layout.values([use.values[i] for use in group.uses]) for i in range(len(group.reads))]
+        return [*own, Places("t", np.zeros(len(group.uses), int))]
+
+    def sizes(self, group: Group) -> list[int]:
+        """The number of elements of each input."""
+        return [int(np.prod(shape)) for shape in self.source(group).shapes]
+
+    def _evaluation(self, group: Group) -> Call | Solve:
+        code, operands = self.code(group), self.operands(group)
+        results = tuple(
+            self.layout.values([use.gives[i] for use in group.uses]) for i in range(len(group.program.shapes))
+        )
+        if isinstance(code, Direct):
+            return Call(code.function, tuple(operands[i] for i in code.reads), results, self._comments(group))
+        tears = range(len(group.program.steps), len(group.program.shapes))
+        guesses = () if code.is_linear else tuple(self.layout.memory([use.gives[i] for use in group.uses]) for i in tears)
+        inputs = tuple(zip(operands, self.sizes(group), strict=True))
+        return Solve(code, inputs, results, guesses, self._comments(group))
+
+    # Comments
+
+    @ft.cached_property
+    def _equations(self) -> dict[Pair, list[str]]:
+        """The names of the equations of the block that determines each unknown."""
+        table, unknowns = self.system.ordered.table, self.system.ordered.unknowns
+        return {
+            unknowns[unknown]: [table.row_name(row) for row in torn.rows]
+            for torn in self.system.torn
+            for unknown in torn.unknowns
+        }
+
+    def _equation_names(self, group: Group) -> list[str]:
+        return self._equations[group.uses[0].gives[0]]
+
+    def _comments(self, group: Group) -> tuple[str, ...]:
+        uses = group.uses
+        lines = []
+        for i, pair in enumerate(uses[0].gives):
+            last = f" to {self._variable(uses[-1].gives[i])}" if len(uses) > 1 else ""
+            lines.append(f"{self._variable(pair)}{last} [{self.unit(pair)}]")
+        return (", ".join(lines) + " from " + ", ".join(self._equation_names(group)),)
+
+    def _variable(self, pair: Pair) -> str:
+        return self.system.ordered.table.variable_name(*pair)
+
+    def unit(self, pair: Pair) -> str:
+        """The unit of a variable or of its derivative."""
+        table, flat = self.system.ordered.table, self.system.flat
+        unit = flat.leaves[flat.leaf_of_node[table.variables[pair[0]]]].declaration.unit
+        return unit if not pair[1] else f"{unit}/s" if pair[1] == 1 else f"{unit}/s{pair[1]}"
+
+
+def _function_name(program: Program) -> str:
+    steps = program.steps + program.residuals
+    if len(steps) > 1:
+        return "block"
+    template = steps[0].template
+    owner = "sum_of" if template.owner is None else template.owner.cls.__name__
+    order = f"_rate{'' if template.level == 1 else template.level}" if template.level else ""
+    return identifier(f"{owner}_{template.name}{order}")
+
+
+def _comment(program: Program) -> str:
+    names = []
+    for step in program.steps + program.residuals:
+        owner = "" if step.template.owner is None else f"{step.template.owner.cls.__name__}."
+        names.append(f"{'d/dt ' * step.template.level}{owner}{step.template.name}")
+    method = "" if program.method == "explicit" else f", {program.method}"
+    return ", ".join(names) + method
+
+
+def c_model(
+    model: Component, name: str | None = None, outputs: Sequence[str] | None = None, t0: float = 0.0,
+    system: System | None = None,
+) -> CModel:  # fmt: skip
+    """The model as C functions and their calls; see `export_c` for the arguments."""
+    if system is None:
+        system = system_of(model)
+    else:
+        check_structure(model, system, "The exported model")
+    if system.solved is not None:
+        raise ModelError("The exported system must not be in mass-matrix form. Remedy: leave `system` out.")
+    if system.ordered.invariants:
+        restricted = ", ".join(system.ordered.table.row_name(row) for row in sorted(system.ordered.invariants))
+        raise ModelError(
+            f"The states of this model are restricted by invariants ({restricted}), onto which C code with fixed steps "
+            "does not project. Remedy: declare a variable `never`, so that fewer states remain (see structure(model))."
+        )
+    leaves = complete_leaves(model)[0]
+    system.intake.check(leaves)
+    inputs = system.pack(model)
+    layout = Layout(system)
+    numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
+    return CModel(
+        identifier(name or system.name),
+        system,
+        inputs,
+        layout,
+        Tables(),
+        layout.quantities(layout.params, numbers),
+        layout.quantities(layout.discrete, numbers),
+        _states(system, layout, inputs, t0),
+        _outputs(system, layout, outputs),
+        np.asarray(system.starts.values(inputs, system.carried.memory)),
+        t0,
+    )
+
+
+def _states(system: System, layout: Layout, inputs: Inputs, t0: float) -> list[Quantity]:
+    y, bad = initial_state(system, t0, inputs)
+    if np.any(np.asarray(bad)):
+        names = [name for name, is_bad in zip(checked_names(system, inputs.given), np.asarray(bad), strict=True) if is_bad]
+        raise ModelError(
+            f"The start values of {', '.join(dict.fromkeys(names))} contradict the constraints. Remedy: correct them, "
+            "or export the result of `initialise`."
+        )
+    table, flat, found = system.ordered.table, system.flat, []
+    for pair, start in zip(system.states, system.plan.starts.tolist(), strict=False):
+        unit = flat.leaves[flat.leaf_of_node[table.variables[pair[0]]]].declaration.unit
+        value = np.asarray(y)[start : start + system.plan.size(pair[0])]
+        found.append(Quantity(table.variable_name(*pair), unit + "/s" * pair[1], start, value))
+    return found
+
+
+def _outputs(system: System, layout: Layout, names: Sequence[str] | None) -> list[Output]:
+    flat = system.flat
+    known = {
+        leaf.name(i): (leaf, leaf.first + i)
+        for leaf in flat.own_leaves
+        if leaf.declaration.is_variable
+        for i in range(leaf.count)
+    }
+    if names is None:
+        names = [name for name, (leaf, _) in known.items() if not leaf.in_port]
+    found = []
+    for name in names:
+        if name not in known:
+            raise ModelError(f"The model has no variable {name!r}.{suggestion(name, known)}")
+        leaf, node = known[name]
+        places = layout.node(node)
+        size = int(np.prod(leaf.sizes))
+        for k in range(size):
+            own = f"{name}[{k}]" if leaf.sizes else name
+            found.append(Output(own, leaf.declaration.unit, places._replace(firsts=places.firsts + k)))
+    return found
