@@ -15,7 +15,7 @@ from .primitives import ELEMENTWISE, choice
 from .values import Index, Value
 
 if TYPE_CHECKING:
-    from .functions import Writer
+    from .writer import Writer
 
 Rule = Callable[["Writer", JaxprEqn, list[Value]], Sequence[Value]]
 
@@ -36,7 +36,7 @@ def _moves(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
 
 def _parts(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     """An array put together from others: their elements, and the positions at which they stand."""
-    shape, kind = shape_of(eqn.outvars[0]), kind_of(eqn.outvars[0].aval.dtype)
+    shape, kind = shape_of(eqn.outvars[0]), kind_of(eqn.outvars[0])
     target = writer.declare(shape, kind)
     owner = [np.full(arg.shape, i) for i, arg in enumerate(args)]
     with jax.ensure_compile_time_eval():
@@ -68,7 +68,7 @@ def _reduction(rule: str, start: float) -> Rule:
 
     def reduce(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
         (value,) = args
-        kind, params = kind_of(eqn.outvars[0].aval.dtype), eqn.params
+        kind, params = kind_of(eqn.outvars[0]), eqn.params
         target, rows = writer.declare(shape_of(eqn.outvars[0]), kind), _rows(value, params["axes"])
         with writer.loops(len(rows)) as out:
             total = target.at(out)
@@ -88,7 +88,7 @@ def _arg_reduction(relation: str) -> Rule:
 
     def reduce(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
         value = writer.kept(args[0])
-        kind = kind_of(eqn.outvars[0].aval.dtype)
+        kind = kind_of(eqn.outvars[0])
         target, rows = writer.declare(shape_of(eqn.outvars[0]), kind), _rows(value, eqn.params["axes"])
         best = writer.declare((), value.kind, "best").at(Index(np.array(0), (), writer.tables)).text
         with writer.loops(len(rows)) as out:
@@ -204,7 +204,7 @@ def _gather(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     most = [source.shape[axis] - sizes[axis] for axis in axes]
 
     def at(index: Index) -> Expression:
-        own = [starts.at(index.through(row * len(axes) + k)) for k in range(len(axes))]
+        own = [starts.at(index.through(np.asarray(row * len(axes) + k))) for k in range(len(axes))]
         whole = [number(0, "i")] * len(steps)
         limits = [0] * len(steps)
         for axis, start, limit in zip(axes, own, most, strict=True):
@@ -225,8 +225,8 @@ def _filler(eqn: JaxprEqn, kind: str) -> Expression:
 
 
 ARRAYS: dict[str, Rule] = {
-    **{name: _moves for name in "slice reshape squeeze expand_dims broadcast_in_dim transpose rev split".split()},
-    **{name: _parts for name in ("concatenate", "stack")},
+    **dict.fromkeys("slice reshape squeeze expand_dims broadcast_in_dim transpose rev split".split(), _moves),
+    **dict.fromkeys(("concatenate", "stack"), _parts),
     "pad": _padded,
     "reduce_sum": _reduction("add", 0.0),
     "reduce_prod": _reduction("mul", 1.0),

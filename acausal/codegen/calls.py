@@ -4,10 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from .functions import Function, Writer
+from .functions import Function
 from .layout import Places
 from .programs import Implicit
 from .values import Index
+from .writer import Writer
 
 
 @dataclasses.dataclass(frozen=True)

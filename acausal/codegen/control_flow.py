@@ -11,12 +11,12 @@ from .expressions import kind_of
 from .values import Index, Value, stored
 
 if TYPE_CHECKING:
-    from .functions import Writer
+    from .writer import Writer
 
 
 def _declared(writer: "Writer", eqn: JaxprEqn) -> list[Value]:
     """Variables for the results of an equation."""
-    return [writer.declare(shape_of(var), kind_of(var.aval.dtype)) for var in eqn.outvars]
+    return [writer.declare(shape_of(var), kind_of(var)) for var in eqn.outvars]
 
 
 def _set(writer: "Writer", targets: Sequence[Value], values: Sequence[Value]) -> None:

@@ -11,10 +11,11 @@ from .._evaluate.groups import Group
 from .._jax_private import jaxpr_as_fun
 from .._reduce.jaxpr import slice_outputs, structs
 from .calls import Call, Solve, fill, operand
-from .functions import Function, Writer, function_of
+from .functions import Function, function_of
 from .layout import Places
 from .model import CModel
 from .programs import Direct, Implicit, Source
+from .writer import Writer
 
 
 @dataclasses.dataclass(frozen=True)
@@ -79,7 +80,8 @@ def along(model: CModel) -> Along:
             calls.append(_call(model, group, code, own))
         else:
             both = functions.setdefault(id(code), _implicit(source, code))
-            assert isinstance(both, ImplicitAlong) and isinstance(evaluation, Solve)
+            assert isinstance(both, ImplicitAlong)
+            assert isinstance(evaluation, Solve)
             calls.append(_moved(model, group, evaluation, both))
     found: list[Function] = []
     for item in functions.values():

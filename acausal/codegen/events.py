@@ -3,31 +3,31 @@
 import dataclasses
 import functools as ft
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .._errors import ModelError
 from .._evaluate.event_set import EventEntry, EventSet, Function
-from .._evaluate.observe import constrained_places
 from .._reduce.logic import Expression as Condition
-from .functions import Writer, inlined
 from .leaves import leaf_value
 from .model import CModel
+from .resets import Resets
 from .values import Index, stored
 from .write import array, function, part
+from .writer import Writer, inlined
 
 
 @dataclasses.dataclass(frozen=True)
 class Write:
-    """The new values of one target of an event, and where they go: states "x" or discrete variables "d"."""
+    """The new values of one target of events, and where they go: discrete variables "d", states "x", or variables that
+    constraints tie to states, "z".
+    """
 
-    first: int  # number of the first event
-    count: int
     space: str
-    places: np.ndarray  # [events, elements]
-    signs: np.ndarray
+    numbers: np.ndarray  # of the events, [events, elements]
+    places: np.ndarray
     sources: np.ndarray  # the positions among all new values
+    sign: int
     label: str
 
 
@@ -49,41 +49,45 @@ class CEvents:
         return sum(int(np.prod(aval.shape)) for aval in self.events.times.closed.out_avals[::2])
 
     @ft.cached_property
+    def _targets(self) -> list[tuple[int, EventEntry, int]]:
+        """The number of the first event, the events, and the leaf that they set."""
+        return [(first, entry, leaf) for first, entry in self.events.numbered for leaf in entry.targets]
+
+    @ft.cached_property
+    def resets(self) -> Resets:
+        """The targets other than discrete variables."""
+        leaves = dict.fromkeys(leaf for _, _, leaf in self._targets if leaf not in self.model.layout.discrete)
+        return Resets(self.model, tuple(leaves))
+
+    @ft.cached_property
     def writes(self) -> list[Write]:
         """The changes, in the order in which they are made."""
         found, start = [], 0
         sizes = [int(np.prod(aval.shape)) for aval in self.events.actions.closed.out_avals]
-        targets = [(first, entry, leaf) for first, entry in self.events.numbered for leaf in entry.targets]
-        for (first, entry, leaf), size in zip(targets, sizes, strict=True):
-            found.append(self._write(first, entry, leaf, start, size // entry.count))
+        for (first, entry, leaf), size in zip(self._targets, sizes, strict=True):
+            found += self._writes(first, entry, leaf, start, size // entry.count)
             start += size
         return found
 
-    def _write(self, first: int, entry: EventEntry, leaf: int, start: int, width: int) -> Write:
+    def _writes(self, first: int, entry: EventEntry, leaf: int, start: int, width: int) -> Iterator[Write]:
+        """The changes of one leaf, those of a negated alias apart. A single number is broadcast to all elements."""
         layout = self.model.layout
         if leaf in layout.discrete:
-            places = layout.discrete[leaf] + np.arange(layout.size(leaf))
-            space, signs = "d", np.ones(len(places), int)
+            space, places = "d", layout.discrete[leaf] + np.arange(layout.size(leaf))
+            signs = np.ones(len(places), int)
         else:
-            space, (places, signs) = "x", self._state_places(entry, leaf)
+            places, signs = self.resets.places(leaf)
+            space = "z" if self.resets.is_tied else "x"
+            places = places if space == "z" else self.resets.state_places(places)
         each = len(places) // entry.count
+        table = places.reshape(entry.count, each)
+        numbers = np.broadcast_to(first + np.arange(entry.count)[:, None], table.shape)
         sources = start + np.arange(entry.count)[:, None] * width + np.arange(each) % width
         label = f"{entry.label(0)} sets {self.model.system.flat.leaves[leaf].name(0)}"
-        return Write(
-            first, entry.count, space, places.reshape(entry.count, each), signs.reshape(entry.count, each), sources, label
-        )
-
-    def _state_places(self, entry: EventEntry, leaf: int) -> tuple[np.ndarray, np.ndarray]:
-        constraints = self.model.system.constraints
-        where, signs = constrained_places(self.model.system, leaf)
-        if not constraints.is_state[where].all():
-            name = self.model.system.flat.leaves[leaf].path
-            raise ModelError(
-                f"The event {entry.label(0)} sets {name}, which constraints tie to the states: C code cannot solve "
-                "them at an event. Remedy: declare this variable `prefer`, so that it is a state."
-            )
-        position = dict(zip(constraints.states.tolist(), constraints.in_state_vector.tolist(), strict=True))
-        return np.array([position[i] for i in where.tolist()]), np.asarray(signs)
+        label += f" and {entry.count - 1} more" * (entry.count > 1)
+        for sign in np.unique(signs).tolist():
+            rows = np.flatnonzero(signs.reshape(entry.count, each)[:, 0] == sign)
+            yield Write(space, numbers[rows], table[rows], sources[rows], sign, label)
 
     # Text
 
@@ -147,34 +151,41 @@ class CEvents:
 
     def _act(self) -> list[str]:
         model, starts = self.model, _starts(self.events.actions)
-        head = f"static void act({model.name} *m, const int *fired)"
+        head = f"static int act({model.name} *m, const int *fired)"
         if not starts:
-            return [function(head, [], unread=("m", "fired"))]
+            return [function(head, ["    return 1;"], unread=("m", "fired"))]
         writer = self._writer("An event")
         self._outputs(writer, self.events.actions, [("new", start) for start in starts])
         new = function(
             f"static void new_values(const {model.name} *m, double *new)", writer.lines, unread=("m",), is_constant=True
         )
+        return [*self.resets.functions(), new, function(head, self._changes())]
+
+    def _changes(self) -> list[str]:
+        """The statements that change the model by the events that fired."""
         writer = self._writer("An event")
-        total = 1 + max(int(write.sources.max()) for write in self.writes)
-        writer.line(f"double new[{total}];")
+        is_tied = self.resets.is_tied
+        writer.line(f"double new[{1 + max(int(write.sources.max()) for write in self.writes)}];")
+        if is_tied:
+            for text in TIED_START:
+                writer.line(text)
         writer.line("new_values(m, new);")
         for write in self.writes:
-            writer.comment(write.label + (f" and {write.count - 1} more" if write.count > 1 else ""))
-            with writer.loops(write.count, write.places.shape[1]) as index:
-                at = [Index(x, index.variables, writer.tables).text for x in (write.places, write.sources)]
-                number = Index(np.broadcast_to(write.first + np.arange(write.count)[:, None], write.places.shape),
-                               index.variables, writer.tables).text  # fmt: skip
-                writer.line(f"if (fired[{number}])")
-                sign = self._sign(writer, write, index)
-                writer.line(f"    m->{write.space}[{at[0]}] = {sign}new[{at[1]}];")
-        return [new, function(head, writer.lines)]
-
-    def _sign(self, writer: Writer, write: Write, index: Index) -> str:
-        first = int(write.signs.flat[0])
-        if np.all(write.signs == first):
-            return "" if first > 0 else "-"
-        return f"{writer.tables.of(write.signs, 'i')}[{Index(np.arange(write.signs.size).reshape(write.signs.shape), index.variables, writer.tables).text}] * "
+            writer.comment(write.label)
+            with writer.loops(*write.places.shape) as index:
+                tables = (write.numbers, write.places, write.sources)
+                number, place, source = (Index(x, index.variables, writer.tables).text for x in tables)
+                value = f"{'-' if write.sign < 0 else ''}new[{source}]"
+                if write.space == "z":
+                    with writer.block(f"if (fired[{number}])"):
+                        writer.line(f"z[{place}] = {value};")
+                        writer.line(f"is_set[{place}] = is_moved = 1;")
+                else:
+                    writer.line(f"if (fired[{number}])")
+                    writer.line(f"    m->{write.space}[{place}] = {value};")
+        for text in TIED_END if is_tied else ("return 1;",):
+            writer.line(text)
+        return writer.lines
 
     def _times(self) -> list[str]:
         model, of = self.model, self.events.times
@@ -201,6 +212,23 @@ class CEvents:
             array("event_of_time", np.array(numbers), "i"),
             function(head, writer.lines, unread=("m",), is_constant=True),
         ]
+
+
+TIED_START = (
+    "double z[N_TIED];",
+    "int is_set[N_TIED] = {0}, is_moved = 0;",
+    "for (int i = 0; i < N_TIED; i++)",
+    "    z[i] = v[tied[i]];",
+)
+TIED_END = (
+    "if (!is_moved)",
+    "    return 1;",
+    "if (!follow(m, z, is_set))",
+    "    return 0;",
+    "for (int i = 0; i < (int)(sizeof tied_state / sizeof *tied_state); i++)",
+    "    m->x[state_of_tied[i]] = z[tied_state[i]];",
+    "return 1;",
+)
 
 
 def _starts(of: Function) -> list[int]:

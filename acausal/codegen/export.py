@@ -7,7 +7,8 @@ from .._declare.component import Component
 from .._evaluate.system import System
 from .files import code_of
 from .main_example import main_example
-from .model import CModel, c_model
+from .model import CModel
+from .prepare import c_model
 from .steps import check_step
 
 

@@ -2,7 +2,7 @@
 
 import math
 import re
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,9 +29,14 @@ class Expression(NamedTuple):
         return self.text if self.level >= level else f"({self.text})"
 
 
-def kind_of(dtype: np.dtype) -> str:
-    """The key of a type in `TYPES`."""
-    return np.dtype(dtype).kind
+def dtype_of(atom: Any) -> np.dtype:
+    """The type of a variable or literal of a jaxpr."""
+    return np.dtype(atom.aval.dtype)
+
+
+def kind_of(atom: Any) -> str:
+    """The key of this type in `TYPES`."""
+    return dtype_of(atom).kind
 
 
 def number(value: float | int | bool, kind: str) -> Expression:

@@ -44,7 +44,9 @@ def code_of(model: CModel, step: float, method: str) -> Code:
         *step_functions(model, step, method, events is not None),
     ]
     has_roots = any(isinstance(call, MovedRoot) for call in tangents.calls)
-    common = shared(evaluations, has_roots=has_roots, has_matrix=method == "implicit" and model.n_states > 0)
+    is_tied = events is not None and events.resets.is_tied
+    has_matrix = method == "implicit" and model.n_states > 0
+    common = shared(evaluations, has_roots=has_roots, has_matrix=has_matrix, has_equations=is_tied)
     text = "\n\n".join([*common, *body])
     head = "\n".join([f'#include "{model.name}.h"', "#include <math.h>"])
     source = "\n\n".join([head, *constants(model.tables), *helpers(text), text]) + "\n"
@@ -120,20 +122,28 @@ def fields(model: CModel, events: CEvents | None, method: str) -> list[Field]:
 
 def _declarations(name: str, has_events: bool) -> list[str]:
     """The public functions, each with its purpose."""
-    found = [
-        ("Sets the parameters, discrete variables and states to their start values.", f"void {name}_start({name} *m);"),
-        ("The sentence of a requirement that the parameters violate, or 0.", f"const char *{name}_violation(const {name} *m);"),
-        ("One step, then the events at its end: 1 if an event changed the model, -1 for a failure, otherwise 0.", f"int {name}_step({name} *m);"),
-        ("The outputs at the time and states of the struct.", f"void {name}_outputs({name} *m, double *y);"),
-        ("The rates of the states.", f"void {name}_rates({name} *m, double *rates);"),
-        ("All values, in v.", f"void {name}_evaluate({name} *m);"),
-        ("The derivatives of the rates along a direction, at the point of the last evaluation.", f"void {name}_along({name} *m, double dt, const double *dx, double *drates);"),
-    ]  # fmt: skip
-    if has_events:
-        found += [
-            ("The events at the start; returns as _step.", f"int {name}_initialise({name} *m);"),
-            ("The events at the time of the struct; returns as _step.", f"int {name}_events({name} *m);"),
-            ("The event indicators, positive if a relation holds, after _evaluate.", f"void {name}_indicators(const {name} *m, double *indicator);"),
-            ("The next time event, s.", f"double {name}_next_time(const {name} *m);"),
-        ]  # fmt: skip
-    return [f"/* {purpose} */\n{declaration}" for purpose, declaration in found]
+    found = DECLARATIONS + (EVENT_DECLARATIONS if has_events else [])
+    return [f"/* {purpose} */\n{declaration};".replace("MODEL", name) for purpose, declaration in found]
+
+
+DECLARATIONS = [
+    ("Sets the parameters, discrete variables and states to their start values.", "void MODEL_start(MODEL *m)"),
+    ("The sentence of a requirement that the parameters violate, or 0.", "const char *MODEL_violation(const MODEL *m)"),
+    ("A step, then its events: 1 if an event changed the model, -1 for a failure, else 0.", "int MODEL_step(MODEL *m)"),
+    ("The outputs at the time and states of the struct.", "void MODEL_outputs(MODEL *m, double *y)"),
+    ("The rates of the states.", "void MODEL_rates(MODEL *m, double *rates)"),
+    ("All values, in v.", "void MODEL_evaluate(MODEL *m)"),
+    (
+        "The derivatives of the rates along a direction, at the point of the last evaluation.",
+        "void MODEL_along(MODEL *m, double dt, const double *dx, double *drates)",
+    ),
+]
+EVENT_DECLARATIONS = [
+    ("The events at the start; returns as MODEL_step.", "int MODEL_initialise(MODEL *m)"),
+    ("The events at the time of the struct; returns as MODEL_step.", "int MODEL_events(MODEL *m)"),
+    (
+        "The event indicators, positive if a relation holds, after MODEL_evaluate.",
+        "void MODEL_indicators(const MODEL *m, double *indicator)",
+    ),
+    ("The next time event, s.", "double MODEL_next_time(const MODEL *m)"),
+]

@@ -3,9 +3,9 @@
 import numpy as np
 
 from .expressions import SIGN, Expression
-from .functions import Writer
 from .layout import Layout
 from .values import Index, Value
+from .writer import Writer
 
 
 def leaf_value(writer: Writer, layout: Layout, leaf: int) -> Value:
@@ -29,10 +29,7 @@ def leaf_value(writer: Writer, layout: Layout, leaf: int) -> Value:
 
 def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> Value:
     def at(index: Index) -> Expression:
-        if space in ("", "t"):
-            text = space or "0.0"
-        else:
-            text = f"{space}[{index.through(every).text}]"
+        text = space or "0.0" if space in ("", "t") else f"{space}[{index.through(every).text}]"
         return Expression(text) if sign > 0 else Expression(f"-{text}", SIGN)
 
     return Value(shape, "f", at)

@@ -162,7 +162,7 @@ ELEMENTWISE: dict[str, Rule] = {
     "xor": _logic("!=", "^", SUM),
     "not": _not,
     "select_n": _chosen,
-    **{name: _same for name in ("copy", "copy_p", "stop_gradient", "optimization_barrier", "reduce_precision")},
+    **dict.fromkeys(("copy", "copy_p", "stop_gradient", "optimization_barrier", "reduce_precision"), _same),
     **{
         name: _function(name)
         for name in """

@@ -6,10 +6,10 @@ import numpy as np
 
 from .._reduce.kind_requirements import required
 from .expressions import SIGN
-from .functions import Writer, inlined
 from .model import CModel
 from .values import Index, Value, stored
 from .write import function
+from .writer import Writer, inlined
 
 
 def requirement_functions(model: CModel) -> list[str]:

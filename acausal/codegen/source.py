@@ -4,10 +4,10 @@ import numpy as np
 
 from .calls import operand
 from .derivatives import Along
-from .functions import Writer
 from .model import CModel
 from .values import Index
 from .write import array, function
+from .writer import Writer
 
 INSIDE = {"positive": "> 0.0", "nonnegative": ">= 0.0", "nonzero": "!= 0.0"}
 

@@ -5,9 +5,9 @@ import numpy as np
 from .._errors import ModelError
 from .._evaluate.dependence import dependence
 from .._sparse_order import column_colours
-from .functions import Writer
 from .model import CModel
 from .write import array, function, part
+from .writer import Writer
 
 METHODS = ("implicit", "explicit", "rk4")
 

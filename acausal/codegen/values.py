@@ -37,7 +37,8 @@ class Index:
 
 
 def _affine(first: int, steps: list[int], variables: tuple[str, ...]) -> Expression:
-    terms = [variable if step == 1 else f"{step} * {variable}" for step, variable in zip(steps, variables) if step]
+    pairs = zip(steps, variables, strict=True)
+    terms = [variable if step == 1 else f"{step} * {variable}" for step, variable in pairs if step]
     if first or not terms:
         terms.insert(0, str(first))
     level = SUM if len(terms) > 1 or first < 0 else PRODUCT

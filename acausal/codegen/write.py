@@ -8,10 +8,10 @@ import numpy as np
 
 from .calls import Call, Solve
 from .expressions import TYPES, Names, number
-from .functions import wrapped
 from .layout import Quantity
 from .primitives import HELPERS
 from .values import Tables
+from .writer import wrapped
 
 
 def enumeration(prefix: str, entries: Iterable[tuple[str, int, str]]) -> str:
@@ -49,15 +49,15 @@ def constants(tables: Tables) -> list[str]:
 
 def part(name: str) -> str:
     """A file of C that all models share."""
-    return (files(__package__) / "parts" / f"{name}.c").read_text().rstrip()
+    return (files("acausal.codegen") / "parts" / f"{name}.c").read_text().rstrip()
 
 
-def shared(evaluations: Sequence[Call | Solve], has_roots: bool, has_matrix: bool) -> list[str]:
+def shared(evaluations: Sequence[Call | Solve], *, has_roots: bool, has_matrix: bool, has_equations: bool) -> list[str]:
     """The functions for simultaneous blocks that the calls and the steps need."""
     solves = [item for item in evaluations if isinstance(item, Solve)]
-    parts = ["eliminate"] if solves or has_matrix else []
+    parts = ["eliminate"] if solves or has_matrix or has_equations else []
+    parts += ["equations"] if solves or has_equations else []
     if solves:
-        parts.append("equations")
         parts += ["newton"] if any(not item.block.is_linear for item in solves) else []
         parts += ["linear"] if any(item.block.is_linear for item in solves) else []
         parts += ["root"] if has_roots else []

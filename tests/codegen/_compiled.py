@@ -48,7 +48,9 @@ class Compiled:
     def call(self, name: str, *args: Any, gives: Any = ctypes.c_int) -> Any:
         function = self.library[f"{self.model.name}_{name}"]
         function.restype = gives
-        return function(ctypes.byref(self.struct), *(ctypes.c_double(x) if isinstance(x, float) else _pointer(x) for x in args))
+        return function(
+            ctypes.byref(self.struct), *(ctypes.c_double(x) if isinstance(x, float) else _pointer(x) for x in args)
+        )
 
     def array(self, name: str, size: int | None = None) -> np.ndarray:
         """A field of the struct, which can be changed in place."""

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from _compiled import _pointer, library, needs_compiler
 from jax import Array, lax
 
 from acausal import ModelError
@@ -18,8 +19,6 @@ from acausal.codegen.functions import function_of
 from acausal.codegen.primitives import ELEMENTWISE
 from acausal.codegen.values import Tables
 from acausal.codegen.write import constants, helpers
-
-from _compiled import _pointer, library, needs_compiler
 
 Case = tuple[Callable[..., Any], tuple[tuple[int, ...], ...]]
 
@@ -58,10 +57,7 @@ UNARY: dict[str, Callable[[Array], Array]] = {
     "tan": jnp.tan,
     "log": lambda x: jnp.log(jnp.abs(x)),
     "log1p": lambda x: jnp.log1p(jnp.abs(x)),
-    **{
-        name: getattr(lax, f"{name}_p").bind
-        for name in "expm1 atan sinh cosh asinh erf erfc floor ceil".split()
-    },
+    **{name: getattr(lax, f"{name}_p").bind for name in "expm1 atan sinh cosh asinh erf erfc floor ceil".split()},
 }
 BINARY: dict[str, Callable[[Array, Array], Array]] = {
     "add": lambda x, y: x + y,

@@ -27,7 +27,8 @@ static int find_triggered(MODEL *m, int *fired, int only_first)
 
 /* Executes the events at the time of the struct, and those that they trigger: first the time events that are due, then
    the events whose conditions change, in rounds, and last the clocks. Afterwards, all values are evaluated.
-   Returns 1 if an event has changed the model, 0 if not, and -1 if the events do not end or one of them is refused. */
+   Returns 1 if an event has changed the model, 0 if not, and -1 if the events do not end, contradict
+   constraints, or one of them is refused. */
 int MODEL_events(MODEL *m)
 {
     int fired[N_EVENTS], has_happened[N_EVENTS] = {0}, n_happened = 0, is_changed = 0;
@@ -50,7 +51,8 @@ int MODEL_events(MODEL *m)
                 return -1;
             }
         }
-        act(m, fired);
+        if (!act(m, fired))
+            return -1;
         schedule_changes(m);
         is_changed = 1;
         count = 0;
@@ -64,6 +66,5 @@ int MODEL_initialise(MODEL *m)
     for (int e = 0; e < N_EVENTS; e++)
         m->holds[e] = 0;
     m->is_start = 1;
-    execute_past(m);
-    return MODEL_events(m);
+    return execute_past(m) ? MODEL_events(m) : -1;
 }

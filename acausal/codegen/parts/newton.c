@@ -19,7 +19,7 @@ static double length(const double *a, int n)
    shorter than it (the natural monotonicity test). Returns 0 if it does not converge. */
 static int newton(Equations equations, const double *in, double *x, int n)
 {
-    double trial[MAX_UNKNOWNS], step[MAX_UNKNOWNS], next[MAX_UNKNOWNS], simplified[MAX_UNKNOWNS];
+    double trial[MAX_UNKNOWNS], step[MAX_UNKNOWNS] = {0.0}, next[MAX_UNKNOWNS], simplified[MAX_UNKNOWNS];
     double slopes[MAX_UNKNOWNS * MAX_UNKNOWNS], here[MAX_UNKNOWNS * MAX_UNKNOWNS];
     double work[MAX_UNKNOWNS * MAX_UNKNOWNS], share = 1.0;
     for (int tried = 0; tried < ITERATIONS; tried++) {

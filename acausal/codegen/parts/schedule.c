@@ -62,8 +62,9 @@ static void schedule_changes(MODEL *m)
     schedule(m, m->t - ROUNDING * fabs(m->t), 1);
 }
 
-/* Executes the time events of the past in their order. Clocks that are due at the start wait. */
-static void execute_past(MODEL *m)
+/* Executes the time events of the past in their order. Clocks that are due at the start wait. Returns 0 if an event
+   contradicts constraints. */
+static int execute_past(MODEL *m)
 {
     const double slack = ROUNDING * fabs(m->t);
     double last[N_EVENTS];
@@ -86,13 +87,14 @@ static void execute_past(MODEL *m)
         for (int e = 0; e < N_EVENTS; e++)
             earliest = fmin(earliest, last[e]);
         if (!isfinite(earliest))
-            return;
+            return 1;
         for (int e = 0; e < N_EVENTS; e++) {
             fired[e] = last[e] <= earliest + ROUNDING * fabs(earliest);
             last[e] = fired[e] ? INFINITY : last[e];
         }
         MODEL_evaluate(m);
-        act(m, fired);
+        if (!act(m, fired))
+            return 0;
         schedule_changes(m);
     }
 }

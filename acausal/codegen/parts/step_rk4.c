@@ -5,12 +5,14 @@ static int integrate(MODEL *m)
     static const double weight[4] = {STEP / 6.0, STEP / 3.0, STEP / 3.0, STEP / 6.0};
     double start[N_STATES], rates[N_STATES], sum[N_STATES] = {0.0};
     const double t = m->t;
+    for (int i = 0; i < N_STATES; i++) {
+        start[i] = m->x[i];
+        rates[i] = 0.0;
+    }
     for (int stage = 0; stage < 4; stage++) {
         m->t = t + at[stage];
-        for (int i = 0; i < N_STATES; i++) {
-            start[i] = stage ? start[i] : m->x[i];
-            m->x[i] = stage ? start[i] + at[stage] * rates[i] : start[i];
-        }
+        for (int i = 0; i < N_STATES; i++)
+            m->x[i] = start[i] + at[stage] * rates[i];
         MODEL_rates(m, rates);
         if (!stage)
             remember(m);

@@ -1,0 +1,95 @@
+"""A model with known numbers, prepared for C code."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .._declare.component import Component
+from .._declare.layout import complete_leaves
+from .._errors import ModelError, suggestion
+from .._evaluate.building import check_structure, system_of
+from .._evaluate.initial import checked_names, initial_state
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .expressions import identifier
+from .layout import Layout, Quantity
+from .model import CModel, Output
+from .values import Tables
+
+
+def c_model(
+    model: Component, name: str | None = None, outputs: Sequence[str] | None = None, t0: float = 0.0,
+    system: System | None = None,
+) -> CModel:  # fmt: skip
+    """The model as C functions and their calls; see `export_c` for the arguments."""
+    if system is None:
+        system = system_of(model)
+    else:
+        check_structure(model, system, "The exported model")
+    if system.solved is not None:
+        raise ModelError("The exported system must not be in mass-matrix form. Remedy: leave `system` out.")
+    if system.ordered.invariants:
+        restricted = ", ".join(system.ordered.table.row_name(row) for row in sorted(system.ordered.invariants))
+        raise ModelError(
+            f"The states of this model are restricted by invariants ({restricted}), onto which C code with fixed steps "
+            "does not project. Remedy: declare a variable `never`, so that fewer states remain (see structure(model))."
+        )
+    leaves = complete_leaves(model)[0]
+    system.intake.check(leaves)
+    inputs = system.pack(model)
+    layout = Layout(system)
+    numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
+    return CModel(
+        identifier(name or system.name),
+        system,
+        inputs,
+        layout,
+        Tables(),
+        layout.quantities(layout.params, numbers),
+        layout.quantities(layout.discrete, numbers),
+        _states(system, layout, inputs, t0),
+        _outputs(system, layout, outputs),
+        np.asarray(system.starts.values(inputs, system.carried.memory)),
+        t0,
+    )
+
+
+def _states(system: System, layout: Layout, inputs: Inputs, t0: float) -> list[Quantity]:
+    y, bad = initial_state(system, t0, inputs)
+    if np.any(np.asarray(bad)):
+        names = [
+            name for name, is_bad in zip(checked_names(system, inputs.given), np.asarray(bad), strict=True) if is_bad
+        ]
+        raise ModelError(
+            f"The start values of {', '.join(dict.fromkeys(names))} contradict the constraints. Remedy: correct them, "
+            "or export the result of `initialise`."
+        )
+    table, flat, found = system.ordered.table, system.flat, []
+    for pair, start in zip(system.states, system.plan.starts.tolist(), strict=False):
+        unit = flat.leaves[flat.leaf_of_node[table.variables[pair[0]]]].declaration.unit
+        value = np.asarray(y)[start : start + system.plan.size(pair[0])]
+        found.append(Quantity(table.variable_name(*pair), unit + "/s" * pair[1], start, value))
+    return found
+
+
+def _outputs(system: System, layout: Layout, names: Sequence[str] | None) -> list[Output]:
+    flat = system.flat
+    known = {
+        leaf.name(i): (leaf, leaf.first + i)
+        for leaf in flat.own_leaves
+        if leaf.declaration.is_variable
+        for i in range(leaf.count)
+    }
+    if names is None:
+        names = [name for name, (leaf, _) in known.items() if not leaf.in_port]
+    found = []
+    for name in names:
+        if name not in known:
+            raise ModelError(f"The model has no variable {name!r}.{suggestion(name, known)}")
+        leaf, node = known[name]
+        places = layout.node(node)
+        size = int(np.prod(leaf.sizes))
+        for k in range(size):
+            own = f"{name}[{k}]" if leaf.sizes else name
+            found.append(Output(own, leaf.declaration.unit, places._replace(firsts=places.firsts + k)))
+    return found
