@@ -12,12 +12,12 @@ from .._jax_private import JaxprEqn
 from .._reduce.jaxpr import bind, shape_of
 from .expressions import PRODUCT, SUM, Expression, call, kind_of, number
 from .primitives import ELEMENTWISE, choice
-from .values import Index, Value
+from .values import CValue, Index
 
 if TYPE_CHECKING:
     from .writer import Writer
 
-Rule = Callable[["Writer", JaxprEqn, list[Value]], Sequence[Value]]
+Rule = Callable[["Writer", JaxprEqn, list[CValue]], Sequence[CValue]]
 
 
 def _numbered(shape: tuple[int, ...]) -> np.ndarray:
@@ -25,7 +25,7 @@ def _numbered(shape: tuple[int, ...]) -> np.ndarray:
     return np.arange(math.prod(shape)).reshape(shape)
 
 
-def _moves(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _moves(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     """An operation that moves the elements of one array, applied to their positions."""
     with jax.ensure_compile_time_eval():
         moved = [np.asarray(places) for places in bind(eqn, [jnp.asarray(_numbered(args[0].shape))])]
@@ -34,7 +34,7 @@ def _moves(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     return [source.moved(places) for places in moved]
 
 
-def _parts(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _parts(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     """An array put together from others: their elements, and the positions at which they stand."""
     shape, kind = shape_of(eqn.outvars[0]), kind_of(eqn.outvars[0])
     target = writer.declare(shape, kind)
@@ -46,7 +46,7 @@ def _parts(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     return [target]
 
 
-def _padded(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _padded(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     value, filler = args
     places = np.asarray(jax.lax.pad(jnp.asarray(_numbered(value.shape)), -1, eqn.params["padding_config"]))
     target = writer.declare(places.shape, value.kind)
@@ -56,7 +56,7 @@ def _padded(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     return [target]
 
 
-def _rows(value: Value, axes: Sequence[int]) -> np.ndarray:
+def _rows(value: CValue, axes: Sequence[int]) -> np.ndarray:
     """The positions of the elements that are combined, a row for each result."""
     kept = [axis for axis in range(len(value.shape)) if axis not in axes]
     count = math.prod(value.shape[axis] for axis in kept)
@@ -66,7 +66,7 @@ def _rows(value: Value, axes: Sequence[int]) -> np.ndarray:
 def _reduction(rule: str, start: float) -> Rule:
     """A reduction by a rule for two operands, from its neutral element."""
 
-    def reduce(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+    def reduce(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
         (value,) = args
         kind, params = kind_of(eqn.outvars[0]), eqn.params
         target, rows = writer.declare(shape_of(eqn.outvars[0]), kind), _rows(value, params["axes"])
@@ -86,7 +86,7 @@ def _arg_reduction(relation: str) -> Rule:
     the best one before it if that remains.
     """
 
-    def reduce(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+    def reduce(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
         value = writer.kept(args[0])
         kind = kind_of(eqn.outvars[0])
         target, rows = writer.declare(shape_of(eqn.outvars[0]), kind), _rows(value, eqn.params["axes"])
@@ -106,7 +106,7 @@ def _arg_reduction(relation: str) -> Rule:
 
 
 def _cumulative(rule: str) -> Rule:
-    def run(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+    def run(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
         (value,) = args
         rows = _rows(value, [eqn.params["axis"]])
         rows = rows[:, ::-1] if eqn.params["reverse"] else rows
@@ -125,7 +125,7 @@ def _cumulative(rule: str) -> Rule:
     return run
 
 
-def _dot(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _dot(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     (sum_a, sum_b), (batch_a, batch_b) = eqn.params["dimension_numbers"]
     a, b = (writer.kept(arg) for arg in args)
     places_a, places_b = (
@@ -146,7 +146,7 @@ def _dot(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
     return [target]
 
 
-def _factor(value: Value, batch: Sequence[int], summed: Sequence[int]) -> np.ndarray:
+def _factor(value: CValue, batch: Sequence[int], summed: Sequence[int]) -> np.ndarray:
     """The positions of a factor's elements, with the axes [batch, free, summed]."""
     free = [axis for axis in range(len(value.shape)) if axis not in (*batch, *summed)]
     shape = [math.prod(value.shape[axis] for axis in axes) for axes in (batch, free, summed)]
@@ -157,7 +157,7 @@ def _sum_of(terms: Sequence[Expression]) -> Expression:
     return Expression(" + ".join(term.inside(SUM) for term in terms), SUM if len(terms) > 1 else terms[0].level)
 
 
-def _at_start(source: Value, starts: Sequence[Expression], most: Sequence[int], offset: Expression) -> str:
+def _at_start(source: CValue, starts: Sequence[Expression], most: Sequence[int], offset: Expression) -> str:
     """The position in an array of an element at an offset from an index that is limited to its range."""
     terms = [offset] if offset.text != "0" else []
     for axis, (start, limit) in enumerate(zip(starts, most, strict=True)):
@@ -168,7 +168,7 @@ def _at_start(source: Value, starts: Sequence[Expression], most: Sequence[int], 
     return _sum_of(terms).text if terms else "0"
 
 
-def _dynamic_slice(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _dynamic_slice(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     source, sizes = args[0], eqn.params["slice_sizes"]
     name = writer.array(source)
     starts = [writer.kept(arg) for arg in args[1:]]
@@ -180,10 +180,10 @@ def _dynamic_slice(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[V
         place = _at_start(source, scalars, most, index.through(window).expression())
         return Expression(f"{name}[{place}]")
 
-    return [Value(tuple(sizes), source.kind, at, 2)]
+    return [CValue(tuple(sizes), source.kind, at, 2)]
 
 
-def _gather(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
+def _gather(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> list[CValue]:
     """Windows of an array at indices that are computed."""
     numbers, sizes, mode = (eqn.params[key] for key in ("dimension_numbers", "slice_sizes", "mode"))
     source, starts = args[0], writer.kept(args[1])
@@ -216,7 +216,7 @@ def _gather(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> list[Value]:
         inside = [f"{x.inside(SUM)} >= 0 && {x.inside(SUM)} <= {limit}" for x, limit in zip(own, most, strict=True)]
         return choice(Expression(" && ".join(inside), 1), found, _filler(eqn, source.kind))
 
-    return [Value(shape, source.kind, at, 2)]
+    return [CValue(shape, source.kind, at, 2)]
 
 
 def _filler(eqn: JaxprEqn, kind: str) -> Expression:

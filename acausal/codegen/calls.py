@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from .functions import Function
+from .functions import CFunction
 from .layout import Places
 from .programs import Implicit
 from .values import Index
@@ -15,7 +15,7 @@ from .writer import Writer
 class Call:
     """A function evaluated for each member of a group of similar blocks."""
 
-    function: Function
+    function: CFunction
     arguments: tuple[Places, ...]
     results: tuple[Places, ...]
     comments: tuple[str, ...]

@@ -8,25 +8,25 @@ import numpy as np
 from .._jax_private import JaxprEqn, scan_counts
 from .._reduce.jaxpr import shape_of
 from .expressions import kind_of
-from .values import Index, Value, stored
+from .values import CValue, Index, stored
 
 if TYPE_CHECKING:
     from .writer import Writer
 
 
-def _declared(writer: "Writer", eqn: JaxprEqn) -> list[Value]:
+def _declared(writer: "Writer", eqn: JaxprEqn) -> list[CValue]:
     """Variables for the results of an equation."""
     return [writer.declare(shape_of(var), kind_of(var)) for var in eqn.outvars]
 
 
-def _set(writer: "Writer", targets: Sequence[Value], values: Sequence[Value]) -> None:
+def _set(writer: "Writer", targets: Sequence[CValue], values: Sequence[CValue]) -> None:
     """Assign all values at once: those that read a target are computed before it changes."""
     copies = [_copied(writer, value) for value in values]
     for target, value in zip(targets, copies, strict=True):
         writer.assign(target, value)
 
 
-def _copied(writer: "Writer", value: Value) -> Value:
+def _copied(writer: "Writer", value: CValue) -> CValue:
     if value.known is not None:
         return value
     copy = writer.declare(value.shape, value.kind)
@@ -34,16 +34,16 @@ def _copied(writer: "Writer", value: Value) -> Value:
     return copy
 
 
-def _kept(writer: "Writer", values: Sequence[Value]) -> list[Value]:
+def _kept(writer: "Writer", values: Sequence[CValue]) -> list[CValue]:
     return [writer.kept(value) for value in values]
 
 
-def _text(writer: "Writer", value: Value) -> str:
+def _text(writer: "Writer", value: CValue) -> str:
     """The text of a scalar."""
     return value.at(Index(np.array(0), (), writer.tables)).text
 
 
-def _branches(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Value]:
+def _branches(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> Sequence[CValue]:
     which, *operands = _kept(writer, args)
     branches = eqn.params["branches"]
     targets = _declared(writer, eqn)
@@ -57,7 +57,7 @@ def _branches(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Va
     return targets
 
 
-def _while(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Value]:
+def _while(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> Sequence[CValue]:
     n, m = eqn.params["cond_nconsts"], eqn.params["body_nconsts"]
     of_test, of_body = _kept(writer, args[:n]), _kept(writer, args[n : n + m])
     carry = _declared(writer, eqn)
@@ -71,7 +71,7 @@ def _while(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Value
     return carry
 
 
-def _scan(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Value]:
+def _scan(writer: "Writer", eqn: JaxprEqn, args: list[CValue]) -> Sequence[CValue]:
     n_constants, n_carry = scan_counts(eqn)
     length = eqn.params["length"]
     constants, carried = _kept(writer, args[:n_constants]), args[n_constants:][:n_carry]
@@ -93,14 +93,14 @@ def _scan(writer: "Writer", eqn: JaxprEqn, args: list[Value]) -> Sequence[Value]
     return results
 
 
-def _row(name: str, value: Value, place: str) -> Value:
+def _row(name: str, value: CValue, place: str) -> CValue:
     """One row of an array."""
     shape = value.shape[1:]
     size = int(np.prod(shape))
     return stored(name, shape, value.kind, place if size == 1 else f"{size} * {place}")
 
 
-CONTROL: dict[str, Callable[["Writer", JaxprEqn, list[Value]], Sequence[Value]]] = {
+CONTROL: dict[str, Callable[["Writer", JaxprEqn, list[CValue]], Sequence[CValue]]] = {
     "cond": _branches,
     "while": _while,
     "scan": _scan,

@@ -10,7 +10,7 @@ import numpy as np
 from .._jax_private import ClosedJaxpr
 from .expressions import Names
 from .unused import without_unused
-from .values import Tables, Value, stored
+from .values import CValue, Tables, stored
 from .writer import Writer, inlined, wrapped
 
 
@@ -21,7 +21,7 @@ class Parameter(NamedTuple):
     shape: tuple[int, ...]
     is_array: bool
 
-    def value(self, *, is_output: bool = False) -> Value:
+    def value(self, *, is_output: bool = False) -> CValue:
         """The input, or the target of an output."""
         if is_output and self.shape == ():
             return stored(f"*{self.name}", (), "f")
@@ -29,7 +29,7 @@ class Parameter(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class Function:
+class CFunction:
     """A C function. A single scalar output is returned; other outputs are written through pointers."""
 
     name: str
@@ -59,7 +59,7 @@ class Function:
 def function_of(
     name: str, closed: ClosedJaxpr, inputs: Sequence[str], outputs: Sequence[str], tables: Tables, where: str,
     comment: str = "", *, vectors: bool = False,
-) -> Function:  # fmt: skip
+) -> CFunction:  # fmt: skip
     """A jaxpr of floating-point numbers as a C function. With `vectors`, all its inputs and outputs are arrays, also
     those with one element.
     """
@@ -76,7 +76,7 @@ def function_of(
     gives = declared(outputs, closed.out_avals, only_arrays=vectors or len(outputs) > 1)
     writer = Writer(tables, where, names)
     results = writer.run(inlined(closed), [parameter.value() for parameter in takes])
-    function = Function(name, takes, gives, (), comment)
+    function = CFunction(name, takes, gives, (), comment)
     if function.returns:
         with writer.loops(1) as index:
             writer.line(f"return {results[0].at(index).text};")

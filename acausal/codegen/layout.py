@@ -37,7 +37,7 @@ class Quantity:
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
-class Layout:
+class Numbering:
     """Positions of the parameters, discrete variables and values of a system."""
 
     system: System

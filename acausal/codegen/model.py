@@ -14,8 +14,8 @@ from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
 from .calls import Call, Solve
 from .expressions import Names, identifier
-from .functions import Function
-from .layout import Layout, Places, Quantity
+from .functions import CFunction
+from .layout import Numbering, Places, Quantity
 from .programs import Direct, Implicit, Source, is_direct
 from .values import Tables
 
@@ -39,7 +39,7 @@ class CModel:
     name: str
     system: System
     inputs: Inputs
-    layout: Layout
+    layout: Numbering
     tables: Tables
     parameters: list[Quantity]
     discrete: list[Quantity]
@@ -102,7 +102,7 @@ class CModel:
             self._sources[program] = Source(
                 program,
                 self.names.new(_function_name(program)),
-                " and ".join(self._equation_names(group)[:3]),
+                " and ".join(self._equation_names(group)[:3]) + f" of the {self.system.name}",
                 tuple(holders[kind].kind.sizes[slot] for kind, slot in program.params),
                 tuple(read.shape for read in group.reads),
                 self.tables,
@@ -118,9 +118,9 @@ class CModel:
         return self._code[program]
 
     @property
-    def functions(self) -> list[Function]:
+    def functions(self) -> list[CFunction]:
         """All functions of the equations."""
-        found: list[Function] = []
+        found: list[CFunction] = []
         for code in self._code.values():
             found += [code.function] if isinstance(code, Direct) else [code.equations, code.unknowns]
         return found

@@ -18,7 +18,7 @@ from .._evaluate.program import Program
 from .._jax_private import ClosedJaxpr
 from .._reduce.jaxpr import slice_outputs, structs
 from .._reduce.ranges import within
-from .functions import Function, function_of
+from .functions import CFunction, function_of
 from .values import Tables
 
 Shape = tuple[int, ...]
@@ -28,7 +28,7 @@ Shape = tuple[int, ...]
 class Direct:
     """A function of some inputs of a program, given by number, that returns all its unknowns."""
 
-    function: Function
+    function: CFunction
     reads: tuple[int, ...]
     closed: ClosedJaxpr  # from these inputs to the unknowns
 
@@ -40,8 +40,8 @@ class Implicit:
     `values` are the same functions of the parameters, the other inputs, and x.
     """
 
-    equations: Function
-    unknowns: Function
+    equations: CFunction
+    unknowns: CFunction
     is_linear: bool
     sizes: np.ndarray
     residual: Callable[[Array, Array, Array], Array]

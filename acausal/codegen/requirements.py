@@ -7,7 +7,7 @@ import numpy as np
 from .._reduce.kind_requirements import required
 from .expressions import SIGN
 from .model import CModel
-from .values import Index, Value, stored
+from .values import CValue, Index, stored
 from .write import function
 from .writer import Writer, inlined
 
@@ -33,7 +33,7 @@ def requirement_functions(model: CModel) -> list[str]:
     return [function(head, writer.lines, unread=("m",), is_constant=True)]
 
 
-def _parameter(model: CModel, key: tuple[int, int], member: int) -> Value:
+def _parameter(model: CModel, key: tuple[int, int], member: int) -> CValue:
     kind, slot = key
     holder = model.system.flat.holders[kind]
     first = int(model.layout.members(key, np.array([member])).firsts[0])

@@ -16,7 +16,7 @@ from .._evaluate.groups import Group
 from .._evaluate.observe import constrained_places
 from .._reduce.jaxpr import structs
 from .calls import fill
-from .functions import Function, function_of
+from .functions import CFunction, function_of
 from .layout import Places
 from .model import CModel
 from .programs import unpacked
@@ -86,7 +86,7 @@ class Resets:
         shapes = [step.template.shape for step in group.program.residuals]
         return sum(read.elements.shape[1] for read in group.reads), sum(map(math.prod, shapes))
 
-    def _set(self, group: Group, number: int) -> Function:
+    def _set(self, group: Group, number: int) -> CFunction:
         """The constraints of a set and their derivatives, as functions of its variables."""
         holders, program = self.model.system.flat.holders, group.program
         shapes = [holders[kind].kind.sizes[slot] for kind, slot in program.params]
@@ -109,7 +109,7 @@ class Resets:
             f"The constraint {names[0]}", vectors=True,
         )  # fmt: skip
 
-    def _onto_constraints(self, own: Sequence[Function]) -> str:
+    def _onto_constraints(self, own: Sequence[CFunction]) -> str:
         model = self.model
         writer = Writer(model.tables, model.name)
         for group, item in zip(self._groups, own, strict=True):
@@ -118,7 +118,7 @@ class Resets:
         head = f"static int onto_constraints(const {model.name} *m, double *z, const int *is_set)"
         return function(head, writer.lines, unread=("m",), is_constant=True)
 
-    def _project(self, writer: Writer, group: Group, item: Function) -> None:
+    def _project(self, writer: Writer, group: Group, item: CFunction) -> None:
         n, m = self._count(group)
         places = np.concatenate([read.elements.reshape(len(group.uses), -1) for read in group.reads], axis=1)
         keys = zip(group.program.params, group.members, strict=True)

@@ -52,7 +52,7 @@ def _flat(variables: tuple[str, ...], shape: tuple[int, ...]) -> Expression:
 
 
 @dataclasses.dataclass(frozen=True)
-class Value:
+class CValue:
     """A value of a jaxpr. `at` gives the text of an element; `cost` counts the operations in it. A whole variable or
     array has a `name`, known numbers have `known`.
     """
@@ -68,27 +68,27 @@ class Value:
     def size(self) -> int:
         return math.prod(self.shape)
 
-    def moved(self, places: np.ndarray) -> "Value":
+    def moved(self, places: np.ndarray) -> "CValue":
         """The elements at some positions, as an array with the shape of these."""
         if self.known is not None:
             return constant(np.ravel(self.known)[places])
-        return Value(places.shape, self.kind, lambda index: self.at(index.through(places)), self.cost)
+        return CValue(places.shape, self.kind, lambda index: self.at(index.through(places)), self.cost)
 
 
-def stored(name: str, shape: tuple[int, ...], kind: str, offset: str = "", *, is_array: bool = False) -> Value:
+def stored(name: str, shape: tuple[int, ...], kind: str, offset: str = "", *, is_array: bool = False) -> CValue:
     """A variable, or an array from an offset; only an array `is_array` may have a single element."""
     if math.prod(shape) == 1 and not offset and not is_array:
-        return Value(shape, kind, lambda index: Expression(name), name=name)
+        return CValue(shape, kind, lambda index: Expression(name), name=name)
 
     def at(index: Index) -> Expression:
         place = index.expression()
         text = f"{offset} + {place.text}" if offset and place.text != "0" else offset or place.text
         return Expression(f"{name}[{text}]")
 
-    return Value(shape, kind, at, name="" if offset else name)
+    return CValue(shape, kind, at, name="" if offset else name)
 
 
-def constant(array: np.ndarray) -> Value:
+def constant(array: np.ndarray) -> CValue:
     """Known numbers: written where they are read, several different ones as a table."""
     known = np.asarray(array)
     kind = known.dtype.kind
@@ -101,7 +101,7 @@ def constant(array: np.ndarray) -> Value:
         name = index.tables.of(known, kind)
         return Expression(f"{name}[{index.text}]")
 
-    return Value(known.shape, kind, at, 0, known)
+    return CValue(known.shape, kind, at, 0, known)
 
 
 class Tables:

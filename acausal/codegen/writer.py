@@ -18,7 +18,7 @@ from .arrays import ARRAYS
 from .control_flow import CONTROL
 from .expressions import TYPES, Expression, Names, dtype_of, kind_of
 from .primitives import ELEMENTWISE, converted
-from .values import Index, Tables, Value, constant, stored
+from .values import CValue, Index, Tables, constant, stored
 
 LONGEST = 8  # number of operations in one expression
 REMEDY = (
@@ -72,14 +72,14 @@ class Writer:
         stack.enter_context(self.block(f"for (int {name} = 0; {name} < {count}; {name}++)"))
         return name
 
-    def declare(self, shape: tuple[int, ...], kind: str, name: str = "a") -> Value:
+    def declare(self, shape: tuple[int, ...], kind: str, name: str = "a") -> CValue:
         """A new variable or array."""
         found = self.names.new(name)
         size = int(np.prod(shape))
         self.line(f"{TYPES[kind]} {found}{f'[{size}]' if size != 1 else ''};")
         return stored(found, shape, kind)
 
-    def assign(self, target: Value, value: Value, places: np.ndarray | None = None) -> None:
+    def assign(self, target: CValue, value: CValue, places: np.ndarray | None = None) -> None:
         """Store the elements of a value, at some positions of the target."""
         if not value.size:
             return
@@ -87,7 +87,7 @@ class Writer:
             where = index if places is None else index.through(places)
             self.line(f"{target.at(where).text} = {value.at(index).text};")
 
-    def kept(self, value: Value, name: str = "a") -> Value:
+    def kept(self, value: CValue, name: str = "a") -> CValue:
         """The value in a variable, unless reading it costs nothing."""
         if value.cost == 0:
             return value
@@ -100,7 +100,7 @@ class Writer:
         self.assign(target, value)
         return target
 
-    def array(self, value: Value) -> str:
+    def array(self, value: CValue) -> str:
         """The name of an array with these elements, from which elements at computed positions can be read."""
         if value.known is not None:
             return self.tables.of(value.known, value.kind)
@@ -110,7 +110,7 @@ class Writer:
         self.assign(copy, value)
         return copy.name
 
-    def run(self, closed: ClosedJaxpr, inputs: Sequence[Value]) -> list[Value]:
+    def run(self, closed: ClosedJaxpr, inputs: Sequence[CValue]) -> list[CValue]:
         """The outputs of a jaxpr. A value that is read more than once is stored."""
         jaxpr = closed.jaxpr
         uses = Counter(atom for atom in jaxpr.outvars if not isinstance(atom, Literal))
@@ -119,12 +119,12 @@ class Writer:
             if any(uses[var] for var in eqn.outvars):
                 needed.insert(0, eqn)
                 uses.update(atom for atom in eqn.invars if not isinstance(atom, Literal))
-        known: dict[Any, Value] = {}
+        known: dict[Any, CValue] = {}
 
-        def read(atom: Any) -> Value:
+        def read(atom: Any) -> CValue:
             return constant(np.asarray(atom.val)) if isinstance(atom, Literal) else known[atom]
 
-        def note(var: Any, value: Value) -> None:
+        def note(var: Any, value: CValue) -> None:
             known[var] = self.kept(value) if uses[var] > 1 or value.cost > LONGEST else value
 
         for var, value in zip(jaxpr.invars, inputs, strict=True):
@@ -136,7 +136,7 @@ class Writer:
                 note(var, value)
         return [read(atom) for atom in jaxpr.outvars]
 
-    def equation(self, eqn: JaxprEqn, args: list[Value]) -> Sequence[Value]:
+    def equation(self, eqn: JaxprEqn, args: list[CValue]) -> Sequence[CValue]:
         """The results of one equation of a jaxpr. Arrays without elements are known."""
         pairs = zip(args, eqn.invars, strict=True)
         args = [value if value.size else constant(np.zeros(value.shape, dtype_of(atom))) for value, atom in pairs]
@@ -156,7 +156,7 @@ class Writer:
             raise ModelError(f"{self.where} uses `{name}`, which has no C form. {REMEDY}")
         return rule(self, eqn, args)
 
-    def elementwise(self, eqn: JaxprEqn, args: Sequence[Value]) -> Value:
+    def elementwise(self, eqn: JaxprEqn, args: Sequence[CValue]) -> CValue:
         """An operation on the elements of arrays, where axes of length 1 are repeated."""
         shape = shape_of(eqn.outvars[0])
         rule, kind = ELEMENTWISE[eqn.primitive.name], args[-1].kind
@@ -165,9 +165,9 @@ class Writer:
         def at(index: Index) -> Expression:
             return rule(kind, eqn.params, *(arg.at(index) for arg in spread))
 
-        return Value(shape, kind_of(eqn.outvars[0]), at, 1 + sum(arg.cost for arg in args))
+        return CValue(shape, kind_of(eqn.outvars[0]), at, 1 + sum(arg.cost for arg in args))
 
-    def repeated(self, value: Value, shape: tuple[int, ...]) -> Value:
+    def repeated(self, value: CValue, shape: tuple[int, ...]) -> CValue:
         """A value broadcast to a shape; it is computed once."""
         places = np.broadcast_to(np.arange(value.size).reshape(value.shape), shape)
         return self.kept(value).moved(places)
@@ -185,6 +185,6 @@ def inlined(closed: ClosedJaxpr) -> ClosedJaxpr:
     return without_repetition(flat)
 
 
-def _converted(eqn: JaxprEqn, value: Value) -> Value:
+def _converted(eqn: JaxprEqn, value: CValue) -> CValue:
     kind = kind_of(eqn.outvars[0])
-    return Value(value.shape, kind, lambda index: converted(value.at(index), value.kind, kind), value.cost + 1)
+    return CValue(value.shape, kind, lambda index: converted(value.at(index), value.kind, kind), value.cost + 1)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import acausal
 import studies
-from acausal import design, testing
+from acausal import codegen, design, testing
 from acausal._declare.class_card import own_text
 from studies import actuators
 
@@ -175,6 +175,7 @@ def _listed() -> dict[str, list[Group]]:
         "acausal": _groups(acausal),
         "design": _kinds(design),
         "testing": _kinds(testing),
+        "codegen": _kinds(codegen),
         "studies": [*_kinds(studies, "`studies`: "), *_kinds(actuators, "`studies.actuators`: ")],
     }
 

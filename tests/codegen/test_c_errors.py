@@ -1,0 +1,73 @@
+"""Models and arguments that have no C code: the message names the place and the remedy."""
+
+from pathlib import Path
+from typing import Any, Self
+
+import jax
+import numpy as np
+import pytest
+from _c_models import Ball, Rig, motor_servo
+
+from acausal import Component, Connections, Equations, ModelError, Param, Scalar, Var, connect, eq
+from acausal.codegen import export_c
+from components import blocks
+
+
+def in_python(t: Scalar) -> Any:
+    return jax.pure_callback(np.sin, jax.ShapeDtypeStruct((), float), t)
+
+
+def _wiring(source: Any, filter: Any) -> Connections:
+    return (connect(source.y, filter.u),)
+
+
+def test_a_callback_to_python(tmp_path: Path) -> None:
+    parts = blocks.TimeFunction(function=in_python), blocks.FirstOrder(T=1.0)
+    expected = r"parts\[0\]\.function of the Rig uses `pure_callback`, which has no C form\. Remedy: "
+    with pytest.raises(ModelError, match=expected):
+        export_c(Rig(parts=parts, wiring=_wiring), tmp_path, step=1e-3)
+
+
+class Pendulum(Component):
+    """A point mass on a massless rod."""
+
+    L: Param[Scalar, "m"] = 1.0
+    g: Param[Scalar, "m/s2"] = 9.81
+    x: Var[Scalar, "m"] = 0.0
+    y: Var[Scalar, "m"] = -1.0
+    u: Var[Scalar, "m/s"] = 0.0
+    v: Var[Scalar, "m/s"] = 0.0
+    f: Var[Scalar, "1/s2"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            speed_x=eq(self.u, d.x),
+            speed_y=eq(self.v, d.y),
+            newton_x=eq(d.u, -self.f * self.x),
+            newton_y=eq(d.v, -self.f * self.y - self.g),
+            rod=eq(self.x**2 + self.y**2, self.L**2),
+        )
+
+
+def test_states_with_invariants(tmp_path: Path) -> None:
+    with pytest.raises(ModelError, match=r"restricted by invariants \(.*rod.*\).* Remedy: declare a variable `never`"):
+        export_c(Pendulum(), tmp_path, step=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (dict(outputs=["load.q"]), r"The model has no variable 'load\.q'"),
+        (dict(method="heun"), r"method must be one of implicit, explicit, rk4, not 'heun'\."),
+        (dict(step=0.0), r"step must be a positive number of seconds, not 0\.0\."),
+        (dict(step=float("nan")), "step must be a positive number of seconds, not nan"),
+        (dict(name="for"), "for_"),
+    ],
+)
+def test_arguments(tmp_path: Path, options: dict[str, Any], message: str) -> None:
+    if "name" in options:
+        assert export_c(Ball(), tmp_path, step=1e-3, **options).name == message
+        return
+    with pytest.raises(ModelError, match=message):
+        export_c(motor_servo(), tmp_path, **({"step": 1e-3} | options))
+    assert not any(tmp_path.iterdir())
