@@ -21,6 +21,7 @@ from .packing import ModelParameters
 from .program import Program, Use
 
 MANY_RUNS = 64  # number of contiguous pieces above which values are gathered by index
+FUSED = 8  # largest number of pieces that XLA concatenates together with the operations that compute them
 
 
 class Slot(NamedTuple):
@@ -179,7 +180,19 @@ class Plan:
             segments, positions = self.positions(pairs)
             return jnp.concatenate([store.flat(segment) for segment in segments])[positions]
         parts = [store.flat(segment)[start:stop] for segment, start, stop in runs]
+        return joined(parts)
+
+
+def joined(parts: Sequence[Array]) -> Array:
+    """The concatenation of flat arrays.
+
+    A few numbers are put in their places one by one: as parts of a concatenation, XLA would compute all that they
+    depend on for each of them anew.
+    """
+    if not 1 < len(parts) <= FUSED or any(part.size != 1 for part in parts):
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
+    place = np.arange(len(parts))
+    return ft.reduce(lambda total, part: jnp.where(place == part[0], part[1], total), enumerate(parts[1:], 1), parts[0])
 
 
 @ft.partial(jax.jit, static_argnums=(0, 1), inline=INLINE)

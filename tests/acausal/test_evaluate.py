@@ -1,5 +1,6 @@
 """The vector field against equations written by hand."""
 
+import itertools
 from collections.abc import Callable
 from typing import Any, NamedTuple, Self
 
@@ -16,6 +17,7 @@ from scipy.optimize import brentq
 from acausal import Array as Parts
 from acausal import Component, Connections, Equations, Scalar, Var, connect, eq, repeat, simulate, stack
 from acausal._evaluate.building import system_of
+from acausal._evaluate.plan import joined
 from components.electrical import Capacitor, ConstantVoltage, DCMotor, Ground, Resistor
 from components.rotational import Inertia, Spring
 
@@ -187,6 +189,25 @@ def count(jaxpr: Any) -> int:
 
 def test_the_program_does_not_grow_with_the_array() -> None:
     assert traced_equations(20) == traced_equations(200)
+
+
+@pytest.mark.parametrize("sizes", [(), (1,), (1, 1), (1,) * 8, (1,) * 9, (2, 1)])
+def test_parts_are_joined_in_their_order(sizes: tuple[int, ...]) -> None:
+    ends = np.cumsum([0, *sizes])
+
+    def parts(x: Any) -> list[Any]:
+        return [x[a:b] for a, b in itertools.pairwise(ends)]
+
+    x = jnp.arange(1.0, 1.0 + ends[-1]).at[-1:].set(jnp.nan)
+    np.testing.assert_array_equal(joined(parts(x)), x)
+    np.testing.assert_array_equal(jax.jacrev(lambda x: joined(parts(x)))(x), np.eye(len(x)))
+
+
+def test_no_rate_is_computed_again_for_another() -> None:
+    system = system_of(oscillator())
+    inputs = system.pack(oscillator())
+    program = jax.make_jaxpr(lambda y: system.vector_field(0.0, y, inputs))(jnp.ones(2))
+    assert "concatenate" not in str(program)  # XLA computes the operands of a short one anew for each element
 
 
 def test_chain_vector_field() -> None:
