@@ -16,6 +16,7 @@ from jaxtyping import Array, Float
 from ._sparse_matrix import SparseFactors, SparseMatrix
 
 LARGEST_INVERSE = 40  # above it, LAPACK is faster, although XLA does not compile a loop with its calls as one function
+LARGEST_SUM = 8  # above it, XLA's product of a matrix and a vector is faster than sums that it fuses with what follows
 
 _Vector = Float[Array, " n"]
 _Matrix = Float[Array, "n n"]
@@ -84,7 +85,10 @@ class Factors(eqx.Module):
     def solve(self, b: _Vector) -> _Vector:
         """The solution for one right-hand side."""
         b = self.scale * b
-        return self.parts[0] @ b if len(self.parts) == 1 else jsl.lu_solve(self.parts, b)
+        if len(self.parts) == 1:
+            (inverse,) = self.parts
+            return jnp.sum(inverse * b, axis=1) if len(b) <= LARGEST_SUM else inverse @ b
+        return jsl.lu_solve(self.parts, b)
 
     def solve_transposed(self, b: _Vector) -> _Vector:
         """The same with the transposed matrix."""

@@ -14,7 +14,14 @@ from jaxtyping import Array, Float
 from acausal import ParameterError, Scalar
 from acausal._integrate.solvers import Rodas3P, Rodas5P
 from acausal._integrate.solvers._rosenbrock import AbstractRosenbrock
-from acausal._linear_solver import LARGEST_INVERSE, Factors, factors_of, gauss_jordan_inverse, linear_solver
+from acausal._linear_solver import (
+    LARGEST_INVERSE,
+    LARGEST_SUM,
+    Factors,
+    factors_of,
+    gauss_jordan_inverse,
+    linear_solver,
+)
 
 Vector = Float[Array, " n"]
 METHODS = [Rodas5P, Rodas3P]
@@ -169,7 +176,7 @@ def test_units_do_not_matter():
     np.testing.assert_allclose(scaled / size, expected, rtol=1e-12)
 
 
-@pytest.mark.parametrize("n", [3, LARGEST_INVERSE, LARGEST_INVERSE + 1])
+@pytest.mark.parametrize("n", [3, LARGEST_SUM, LARGEST_SUM + 1, LARGEST_INVERSE, LARGEST_INVERSE + 1])
 @pytest.mark.parametrize(
     ("rows", "columns"), [((1, 1, 1), (1, 1, 1)), ((1e15, 1, 1), (1, 1, 1)), ((1, 1, 1), (1, 1e-20, 1e9))]
 )
