@@ -252,7 +252,8 @@ def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str,
 def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> EventEntry:
     where = _where(path, name)
     stack = _checked_times(event, where)[:depth] if isinstance(event, At) else _checked_condition(event, where, depth)
-    places = {leaf.path: index for index, leaf in enumerate(flat.leaves)}
+    # The path of an array ends in brackets if its elements are variables of their own.
+    places = {leaf.path.rstrip("[]"): index for index, leaf in enumerate(flat.leaves)}
     targets = []
     for target in _changes(event):
         full = f"{path}.{target}" if path else target

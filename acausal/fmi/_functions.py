@@ -1,0 +1,184 @@
+"""An FMU for model exchange as functions of its discrete state, its point and its parameters."""
+
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._errors import ModelError, SimulationError
+from ._description import REAL, Description, Variable, size_of
+from ._instance import AfterEvent, Instance, provides_directional
+from ._machine import FIRST, NONE, Machine, Reached
+
+DISCARDED = 2  # status of a call of FMI outside the range of the model
+STEP, SECOND_STEP = 6e-6, 1e-4  # steps of central differences, relative to the size, for first and second derivatives
+
+
+class Functions(Machine[AfterEvent]):
+    """The functions of an FMU. A point is an array: the time, the states and the inputs."""
+
+    kind = "ModelExchange"
+
+    def __init__(
+        self, path: Path, digest: str, description: Description, fixed: Sequence[float], by_differences: bool
+    ) -> None:
+        super().__init__(path, digest, description, fixed)
+        self._reached.append(Reached(NONE, np.zeros(0)))  # the first, of which `values` may be asked before any event
+        self._by_differences = by_differences
+        self._has_directional = provides_directional(self.folder)
+        self._place: np.ndarray | None = None  # the point of the instance
+        self._last: np.ndarray | None = None  # the values there
+
+    @property
+    def n_point(self) -> int:
+        """The number of elements of a point."""
+        return 1 + self.description.n_states + self.description.n_inputs
+
+    @property
+    def n_values(self) -> int:
+        """The number of rates, outputs and event indicators."""
+        of = self.description
+        return of.n_states + size_of(of.outputs) + of.n_indicators
+
+    def values(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The rates, the outputs and the event indicators."""
+        try:
+            with self._at(number, point, parameters) as instance:
+                if self._last is None:
+                    outputs = instance.get(self.description.outputs)
+                    self._last = np.concatenate([instance.rates(), outputs, instance.indicators()])
+                return self._last
+        except Exception as error:
+            if getattr(error, "status", None) == DISCARDED:  # the solver tries a shorter step
+                return np.full(self.n_values, np.nan)
+            raise
+
+    def first_states(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The states that the FMU calculates in its initialisation."""
+        del number, point
+        with self._lock:
+            return self._go(FIRST, parameters).states
+
+    def event(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """An event: the number of the new discrete state, whether the FMU ends the run, the time of the next event, the
+        signs of the event indicators, and the jumps of the states.
+        """
+        states = slice(1, 1 + self.description.n_states)
+        with self._lock:
+            new, said = self._next(number, point, parameters)
+            moved = point.copy()
+            moved[states] = said.states
+            values = self.values(new, moved, parameters)
+            signs = values[len(values) - self.description.n_indicators :] > 0.0
+            return np.concatenate([[new, said.terminates, said.next_time], signs, moved[states] - point[states]])
+
+    # derivatives
+
+    def by_point(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The derivatives of `values` with respect to the point: those by states and inputs as the FMU gives them, the
+        one by time by differences, since FMI has none.
+        """
+        if self._by_differences:
+            return central(lambda v: self.values(number, v, parameters), point, STEP)
+        time, rest = point[:1], point[1:]
+        by_time = central(lambda t: self.values(number, np.concatenate([t, rest]), parameters), time, STEP)
+        rows, unknowns = self._unknowns()
+        knowns = [variable.reference for variable in (*self.description.states, *self.description.inputs)]
+        found = np.zeros((self.n_values, len(rest)))
+        with self._at(number, point, parameters) as instance:
+            for column, seed in enumerate(np.eye(len(rest))):
+                found[rows, column] = instance.directional(unknowns, knowns, seed, len(rows))
+        return np.concatenate([by_time, found], axis=1)
+
+    def by_parameters(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The derivatives of `values` with respect to the parameters, by differences."""
+        return central(lambda p: self.values(number, point, p), parameters, STEP)
+
+    def first_by_parameters(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The derivatives of `first_states` with respect to the parameters, by differences."""
+        return central(lambda p: self.first_states(number, point, p), parameters, STEP)
+
+    def event_by(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The derivatives of `event` with respect to the point and the parameters. FMI has none, so they are zero where
+        the event moves no state and sets no time of a next event. Otherwise they are refused.
+        """
+        now = self.event(number, point, parameters)
+        jumps, next_time = now[len(now) - self.description.n_states :], now[2]
+        if np.any(jumps != 0.0) or np.isfinite(next_time):
+            what = "states" if np.any(jumps != 0.0) else f"the time of its next event, {next_time:g} s,"
+            raise SimulationError(
+                f"{self.path.name} sets {what} at an event at {point[0]:g} s. FMI has no derivatives of that, so no "
+                "gradient exists through this event. Remedy: model this part with components, or end the run earlier."
+            )
+        return np.zeros((len(now), self.n_point + self.n_parameters))
+
+    def check_point(self) -> None:
+        """Raises `ModelError` if `by_point` needs differences that were not asked for."""
+        if not self._has_directional:
+            self._need_differences("with respect to its states and inputs")
+        if self.description.n_indicators and not self.description.indicators:
+            self._need_differences("of its event indicators, as all FMUs of FMI 2.0")
+
+    def check_parameters(self) -> None:
+        """Raises `ModelError` if differences by parameters were not asked for."""
+        self._need_differences("with respect to its parameters")
+
+    def _need_differences(self, what: str) -> None:
+        if not self._by_differences:
+            raise ModelError(
+                f"{self.path.name} gives no derivatives {what}. Remedy: FMU(..., differences=True) takes differences, "
+                "and simulate(..., solver=diffrax.Tsit5()) integrates without derivatives."
+            )
+
+    def _unknowns(self) -> tuple[np.ndarray, list[int]]:
+        """The rows of `values` that the FMU differentiates, and their value references."""
+        of = self.description
+        rows, references, place = [], [], 0
+        for variable in (*of.rates, *of.outputs):
+            if variable.kind in REAL:
+                rows += range(place, place + variable.count)
+                references.append(variable.reference)
+            place += variable.count
+        return np.array([*rows, *range(place, self.n_values)], int), [*references, *of.indicators]
+
+    # the instance
+
+    def _advance(self, to: Reached, parameters: list[tuple[Variable, np.ndarray]]) -> AfterEvent:
+        if to.before == NONE:
+            experiment = self.description.raw.defaultExperiment
+            self._instance.initialise(float((experiment and experiment.startTime) or 0.0), parameters)
+        else:
+            self._move(to.point)
+            self._instance.fmu.enterEventMode()
+        self._place = None
+        return self._instance.end_event()
+
+    @contextlib.contextmanager
+    def _at(self, number: int, point: np.ndarray, parameters: np.ndarray) -> Iterator[Instance]:
+        """The instance in a discrete state and at a point."""
+        with self._lock:
+            key = self._current
+            self._go(number, parameters)
+            if key != self._current or self._place is None or not np.array_equal(self._place, point):
+                self._move(point)
+            yield self._instance
+
+    def _move(self, point: np.ndarray) -> None:
+        n = self.description.n_states
+        self._place, self._last = None, None
+        self._instance.fmu.setTime(point[0])
+        if n:
+            self._instance.set_states(np.ascontiguousarray(point[1 : 1 + n]))
+        self._instance.set(self.description.inputs, point[1 + n :])
+        self._place = point.copy()
+
+
+def central(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: float) -> np.ndarray:
+    """The derivatives by central differences; the last axis counts the arguments."""
+    columns = []
+    for i, size in enumerate(np.maximum(np.abs(at), 1.0)):
+        change = np.zeros_like(at)
+        change[i] = step * size
+        columns.append((function(at + change) - function(at - change)) / (2.0 * step * size))
+    return np.stack(columns, -1) if columns else np.zeros((*np.shape(function(at)), 0))

@@ -1,0 +1,150 @@
+"""An instance of an FMU behind one interface for FMI 2.0 and 3.0."""
+
+import atexit
+import ctypes
+import functools as ft
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
+
+import numpy as np
+
+from .._errors import ModelError, SimulationError
+from .._extras import needed
+from ._description import REAL, Description, Variable
+
+EVENT_ROUNDS = 100  # largest number of iterations of an event
+
+
+class AfterEvent(NamedTuple):
+    """What an FMU says at the end of an event."""
+
+    terminates: bool
+    next_time: float  # infinite if it has no time event
+    states: np.ndarray
+
+
+class Instance:
+    """An instance for model exchange or for co-simulation. Each method is one step of FMI's state machine."""
+
+    def __init__(self, folder: str, description: Description, kind: str) -> None:
+        fmpy = needed("fmpy.simulation", "fmi", "An FMU")
+        self.is_3 = description.version == 3
+        self.description = description
+        self.kind = kind
+        try:
+            self.fmu = fmpy.instantiate_fmu(folder, description.raw, kind)
+        except Exception as error:
+            raise ModelError(
+                f"The FMU {description.raw.modelName} cannot be loaded: {error} "
+                "Its binary must be for this operating system and processor."
+            ) from error
+
+    def initialise(self, time: float, values: Sequence[tuple[Variable, np.ndarray]]) -> None:
+        """From anywhere to the end of initialisation, with these values of variables."""
+        fmu = self.fmu
+        fmu.reset()
+        if self.is_3:
+            fmu.enterInitializationMode(startTime=time)
+        else:
+            fmu.setupExperiment(startTime=time)
+            fmu.enterInitializationMode()
+        for variable, value in values:
+            self.set([variable], np.ravel(value))
+        fmu.exitInitializationMode()
+
+    def end_event(self) -> AfterEvent:
+        """Iterate an event to its end and enter continuous time."""
+        for _ in range(EVENT_ROUNDS):
+            again, ends, _, _, has_next, next_time = (
+                self.fmu.updateDiscreteStates() if self.is_3 else self.fmu.newDiscreteStates()
+            )
+            if not again or ends:
+                self.fmu.enterContinuousTimeMode()
+                return AfterEvent(bool(ends), float(next_time) if has_next else np.inf, self.states())
+        raise SimulationError(f"An event of {self.description.raw.modelName} has no end ({EVENT_ROUNDS} iterations).")
+
+    def step(self, time: float, length: float) -> bool:
+        """A communication step; whether the FMU ends the run."""
+        answer = self.fmu.doStep(time, length)
+        return bool(answer[1]) if self.is_3 else False
+
+    def set(self, variables: Sequence[Variable], values: np.ndarray) -> None:
+        """Set variables, whose values follow each other in one array."""
+        place = 0
+        for kind, group in _by_kind(variables):
+            references = [variable.reference for variable in group]
+            count = sum(variable.count for variable in group)
+            cast: Callable[[float], Any] = float if kind in REAL else bool if kind == "Boolean" else int
+            getattr(self.fmu, f"set{self._named(kind)}")(references, [cast(v) for v in values[place : place + count]])
+            place += count
+
+    def get(self, variables: Sequence[Variable]) -> np.ndarray:
+        """The values of variables, one after the other."""
+        found: list[float] = []
+        for kind, group in _by_kind(variables):
+            references = [variable.reference for variable in group]
+            read = getattr(self.fmu, f"get{self._named(kind)}")
+            count = sum(variable.count for variable in group)
+            found += read(references, count) if self.is_3 else read(references)
+        return np.asarray(found, float)
+
+    def set_states(self, states: np.ndarray) -> None:
+        self.fmu.setContinuousStates(_doubles(states), len(states))
+
+    def states(self) -> np.ndarray:
+        return self._filled(self.fmu.getContinuousStates, self.description.n_states)
+
+    def rates(self) -> np.ndarray:
+        fmu = self.fmu
+        return self._filled(
+            fmu.getContinuousStateDerivatives if self.is_3 else fmu.getDerivatives, self.description.n_states
+        )
+
+    def indicators(self) -> np.ndarray:
+        return self._filled(self.fmu.getEventIndicators, self.description.n_indicators)
+
+    def directional(self, unknowns: Sequence[int], knowns: Sequence[int], seed: np.ndarray, count: int) -> np.ndarray:
+        """The derivatives of the unknowns, `count` numbers, in one direction of the knowns."""
+        arguments = (list(unknowns), list(knowns), seed.tolist(), *((count,) if self.is_3 else ()))
+        return np.asarray(self.fmu.getDirectionalDerivative(*arguments))
+
+    def _filled(self, read: Callable[[Any, int], object], count: int) -> np.ndarray:
+        values = np.zeros(count)
+        if count:
+            read(_doubles(values), count)
+        return values
+
+    def _named(self, kind: str) -> str:
+        return "Int64" if self.is_3 and kind == "Enumeration" else "Integer" if kind == "Enumeration" else kind
+
+
+def _doubles(values: np.ndarray) -> Any:
+    return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def _by_kind(variables: Sequence[Variable]) -> list[tuple[str, list[Variable]]]:
+    """Runs of variables of one type."""
+    runs: list[tuple[str, list[Variable]]] = []
+    for variable in variables:
+        if not runs or runs[-1][0] != variable.kind:
+            runs.append((variable.kind, []))
+        runs[-1][1].append(variable)
+    return runs
+
+
+@ft.cache
+def unpacked(path: Path, digest: str) -> str:
+    """The folder with the contents of an FMU, for as long as this process runs."""
+    folder = tempfile.TemporaryDirectory(prefix="fmu-")
+    atexit.register(folder.cleanup)
+    return needed("fmpy", "fmi", "An FMU").extract(str(path), folder.name)
+
+
+def provides_directional(folder: str) -> bool:
+    """Whether an unpacked FMU for model exchange gives directional derivatives (FMPy reads this for FMI 2.0 only)."""
+    element = ElementTree.parse(Path(folder) / "modelDescription.xml").find("ModelExchange")
+    names = ("providesDirectionalDerivative", "providesDirectionalDerivatives")
+    return element is not None and any(element.get(name) in ("true", "1") for name in names)

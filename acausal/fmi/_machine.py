@@ -1,0 +1,111 @@
+"""The discrete states of an FMU as numbers.
+
+An FMU is a machine with memory, but a solver evaluates functions: it rejects steps, searches for events and
+differentiates. The discrete states that the FMU has reached are therefore numbered. Each follows from an earlier one at
+a point, or is the first, the end of initialisation. The instance returns to any of them by the FMU's own copy of its
+state, or by repeating the way to it.
+"""
+
+import abc
+import threading
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Generic, Literal, NamedTuple, TypeVar
+
+import numpy as np
+
+from .._errors import ModelError
+from ._description import Description, Variable, placed, size_of
+from ._instance import Instance, unpacked
+
+NONE, FIRST = -1, 0  # numbers before initialisation and at its end
+COPIES = 1000  # largest number of copies of the state of an FMU
+
+A = TypeVar("A")
+Key = tuple[int, bytes]  # a discrete state for given parameters
+
+
+class Reached(NamedTuple):
+    """A discrete state: the one before it, and the point at which it follows."""
+
+    before: int
+    point: np.ndarray
+
+
+class Machine(abc.ABC, Generic[A]):
+    """An instance that goes to any discrete state. `A` is what the FMU says when it reaches one."""
+
+    kind: Literal["ModelExchange", "CoSimulation"]
+
+    def __init__(self, path: Path, digest: str, description: Description, fixed: Sequence[float]) -> None:
+        interface = description.raw.modelExchange if self.kind == "ModelExchange" else description.raw.coSimulation
+        if interface is None:
+            other, remedy = (
+                ("co-simulation", "FMU(..., step=...) samples it")
+                if self.kind == "ModelExchange"
+                else ("model exchange", "leave out step")
+            )
+            raise ModelError(f"{path.name} is for {other} only. Remedy: {remedy}.")
+        self.path, self.description = path, description
+        self.folder = unpacked(path, digest)
+        self._copies_state = bool(interface.canGetAndSetFMUstate)
+        self._fixed = list(zip(description.fixed, map(np.asarray, fixed), strict=True))
+        self._reached: list[Reached] = []
+        self._numbers: dict[Key, int] = {}
+        self._copies: dict[Key, Any] = {}
+        self._said: dict[Key, A] = {}
+        self._current: Key | None = None
+        self._lock = threading.RLock()  # an instance serves one thread at a time
+        self._instance = Instance(self.folder, description, self.kind)
+
+    @property
+    def n_parameters(self) -> int:
+        """The number of parameters."""
+        return size_of(self.description.parameters)
+
+    @abc.abstractmethod
+    def _advance(self, to: Reached, parameters: list[tuple[Variable, np.ndarray]]) -> A:
+        """Bring the instance from the discrete state before to this one; initialise it if there is none before."""
+
+    def _next(self, number: int, point: np.ndarray, parameters: np.ndarray) -> tuple[int, A]:
+        """The number of the discrete state that follows at a point, and what the FMU says there."""
+        key = number, point.tobytes()
+        if key not in self._numbers:
+            self._numbers[key] = len(self._reached)
+            self._reached.append(Reached(number, point.copy()))
+        return self._numbers[key], self._go(self._numbers[key], parameters)
+
+    def _go(self, number: int, parameters: np.ndarray) -> A:
+        """Bring the instance to a discrete state, from the last one on the way of which there is a copy."""
+        text = parameters.tobytes()
+        way = [number]
+        while (way[-1], text) not in self._copies and (way[-1], text) != self._current:
+            if self._reached[way[-1]].before == NONE:
+                break
+            way.append(self._reached[way[-1]].before)
+        for step in reversed(way):
+            self._reach((step, text), parameters)
+        return self._said[number, text]
+
+    def _reach(self, key: Key, parameters: np.ndarray) -> None:
+        if key == self._current:
+            return
+        self._current = None
+        if key in self._copies:
+            self._instance.fmu.setFMUState(self._copies[key])
+        else:
+            self._said[key] = self._advance(self._reached[key[0]], self._settings(parameters))
+            self._keep(key)
+        self._current = key
+
+    def _settings(self, parameters: np.ndarray) -> list[tuple[Variable, np.ndarray]]:
+        own = [(v, parameters[place : place + v.count]) for v, place in placed(self.description.parameters)]
+        return [*self._fixed, *own]
+
+    def _keep(self, key: Key) -> None:
+        """Copy the state of the FMU, if it can."""
+        if not self._copies_state:
+            return
+        if len(self._copies) >= COPIES:
+            self._instance.fmu.freeFMUState(self._copies.pop(next(iter(self._copies))))
+        self._copies[key] = self._instance.fmu.getFMUState()
