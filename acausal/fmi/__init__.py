@@ -1,8 +1,10 @@
-"""Functional mock-up units (FMI 2.0 and 3.0): FMUs as components.
+"""Functional mock-up units (FMI 2.0 and 3.0): models as FMUs, and FMUs as components.
 
-FMU    A component that an FMU describes.
+export_fmu    Write a model as an FMU.
+FMU           A component that an FMU describes.
 """
 
-from ._fmu import FMU
+from ._export.fmu import export_fmu
+from ._import.fmu import FMU
 
-__all__ = ["FMU"]
+__all__ = ["FMU", "export_fmu"]

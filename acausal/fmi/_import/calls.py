@@ -11,8 +11,8 @@ import numpy as np
 from jax import Array
 from jax.custom_derivatives import SymbolicZero
 
-from .._errors import ModelError
-from ._functions import SECOND_STEP, central
+from ..._errors import ModelError
+from .functions import SECOND_STEP, central
 
 Host: TypeAlias = Callable[[int, np.ndarray, np.ndarray], np.ndarray]  # of the discrete state, the point, parameters
 

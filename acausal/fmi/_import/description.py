@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .._errors import ModelError
-from .._extras import needed
-from .._units.parsing import UnknownUnit, parsed
+from ..._errors import ModelError
+from ..._extras import needed
+from ..._units.parsing import UnknownUnit, parsed
 
 REAL = ("Real", "Float64")
 WHOLE = ("Integer", "Enumeration", "Boolean", *(f"{sign}Int{bits}" for sign in ("", "U") for bits in (8, 16, 32, 64)))

@@ -5,13 +5,13 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 from jax import Array
 
-from .._declare.annotations import Discrete, Param, Scalar, positive
-from .._declare.component import Equations, Events, at, refuse
-from .._errors import ModelError
-from ._calls import Call, call_of
-from ._component import ImportedFMU
-from ._description import placed
-from ._sampling import Samples
+from ..._declare.annotations import Discrete, Param, Scalar, positive
+from ..._declare.component import Equations, Events, at, refuse
+from ..._errors import ModelError
+from .calls import Call, call_of
+from .component import ImportedFMU
+from .description import placed
+from .sampling import Samples
 
 
 class SampleCalls:

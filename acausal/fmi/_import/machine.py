@@ -14,9 +14,9 @@ from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from .._errors import ModelError
-from ._description import Description, Variable, placed, size_of
-from ._instance import Instance, unpacked
+from ..._errors import ModelError
+from .description import Description, Variable, placed, size_of
+from .instance import Instance, unpacked
 
 NONE, FIRST = -1, 0  # numbers before initialisation and at its end
 COPIES = 1000  # largest number of copies of the state of an FMU

@@ -5,12 +5,12 @@ from typing import TYPE_CHECKING, Any
 import jax.numpy as jnp
 from jax import Array
 
-from .._declare.annotations import Discrete, Scalar
-from .._declare.component import Equations, Events, at, eq, refuse, when
-from ._calls import Call, call_of, differenced
-from ._component import ImportedFMU
-from ._description import placed
-from ._functions import Functions
+from ..._declare.annotations import Discrete, Scalar
+from ..._declare.component import Equations, Events, at, eq, refuse, when
+from .calls import Call, call_of, differenced
+from .component import ImportedFMU
+from .description import placed
+from .functions import Functions
 
 BEGINNING = -1e300  # s, before any run: an event that is due happens at its start
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from .._errors import ModelError, SimulationError
-from ._description import REAL, Description, Variable, size_of
-from ._instance import AfterEvent, Instance, provides_directional
-from ._machine import FIRST, NONE, Machine, Reached
+from ..._errors import ModelError, SimulationError
+from .description import REAL, Description, Variable, size_of
+from .instance import AfterEvent, Instance, provides_directional
+from .machine import FIRST, NONE, Machine, Reached
 
 DISCARDED = 2  # status of a call of FMI outside the range of the model
 STEP, SECOND_STEP = 6e-6, 1e-4  # steps of central differences, relative to the size, for first and second derivatives

@@ -10,9 +10,9 @@ from jax import Array
 
 from components.blocks import Output
 
-from .._declare.annotations import Discrete, Scalar, Time
-from .._declare.component import Component, Equation, eq
-from ._description import Description, Variable
+from ..._declare.annotations import Discrete, Scalar, Time
+from ..._declare.component import Component, Equation, eq
+from .description import Description, Variable
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,7 +62,7 @@ class ImportedFMU(Component, partial=True):
 
 def blank(key: Key) -> ImportedFMU:
     """A component without values, into which a pickle is restored."""
-    from ._fmu import class_of
+    from .fmu import class_of
 
     return object.__new__(class_of(key))
 

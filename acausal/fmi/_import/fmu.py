@@ -10,15 +10,15 @@ from jax import Array
 
 from components.blocks import Input, Output
 
-from .._declare.annotations import Discrete, Param, Scalar, Var, Vector, shape
-from .._errors import ModelError
-from .._made_once import made_once
-from ._co_simulation import CoSimulation, SampleCalls
-from ._component import ImportedFMU, Key
-from ._description import Description, Variable, read, size_of
-from ._functions import Functions
-from ._model_exchange import Calls, ModelExchange
-from ._sampling import Samples
+from ..._declare.annotations import Discrete, Param, Scalar, Var, Vector, shape
+from ..._errors import ModelError
+from ..._made_once import made_once
+from .co_simulation import CoSimulation, SampleCalls
+from .component import ImportedFMU, Key
+from .description import Description, Variable, read, size_of
+from .functions import Functions
+from .model_exchange import Calls, ModelExchange
+from .sampling import Samples
 
 
 def FMU(

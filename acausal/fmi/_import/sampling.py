@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ._description import Variable, size_of
-from ._machine import NONE, Machine, Reached
+from .description import Variable, size_of
+from .machine import NONE, Machine, Reached
 
 
 class AfterStep(NamedTuple):

@@ -11,9 +11,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from .._errors import ModelError, SimulationError
-from .._extras import needed
-from ._description import REAL, Description, Variable
+from ..._errors import ModelError, SimulationError
+from ..._extras import needed
+from .description import REAL, Description, Variable
 
 EVENT_ROUNDS = 100  # largest number of iterations of an event
 

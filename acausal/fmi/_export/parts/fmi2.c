@@ -1,0 +1,339 @@
+/* The functions of FMI 2.0. */
+#ifdef _WIN32
+#define EXPORT __declspec(dllexport)
+#else
+#define EXPORT __attribute__((visibility("default")))
+#endif
+
+enum { OK, WARNING, DISCARD, ERROR, FATAL };
+enum { MODEL_EXCHANGE, CO_SIMULATION };
+typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
+typedef unsigned int Reference;
+
+typedef struct {
+    Logger logger;
+    void *(*allocate)(size_t, size_t);
+    void (*free)(void *);
+    void (*step_finished)(void *, int);
+    void *environment;
+} Callbacks;
+
+typedef struct {
+    int again, ends, nominals, states, has_next;
+    double next;
+} EventInfo;
+
+static int status(int is_fine)
+{
+    return is_fine ? OK : ERROR;
+}
+
+static void log_error(Instance *i, const char *text)
+{
+    ((Logger)i->logger)(i->environment, i->name, ERROR, "error", "%s", text);
+}
+
+EXPORT const char *fmi2GetTypesPlatform(void)
+{
+    return "default";
+}
+
+EXPORT const char *fmi2GetVersion(void)
+{
+    return "2.0";
+}
+
+EXPORT int fmi2SetDebugLogging(void *instance, int on, size_t n, const char *const categories[])
+{
+    (void)instance, (void)on, (void)n, (void)categories;
+    return OK;
+}
+
+EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, const char *resources,
+                             const Callbacks *callbacks, int visible, int logging)
+{
+    Instance *i = new_instance(name, token, TOKEN);
+    const Logger logger = callbacks ? callbacks->logger : 0;
+    (void)resources, (void)visible, (void)logging;
+    if (!i) {
+        if (logger)
+            logger(callbacks->environment, name, ERROR, "error", "The GUID is not that of this FMU.");
+        return 0;
+    }
+    i->is_co_simulation = type == CO_SIMULATION;
+    i->environment = callbacks ? callbacks->environment : 0;
+    i->logger = (void *)logger;
+    i->log = logger ? log_error : 0;
+    return i;
+}
+
+EXPORT void fmi2FreeInstance(void *instance)
+{
+    free(instance);
+}
+
+EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double tolerance, double start, int has_stop,
+                               double stop)
+{
+    (void)has_stop, (void)stop;
+    begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0);
+    return OK;
+}
+
+EXPORT int fmi2EnterInitializationMode(void *instance)
+{
+    ((Instance *)instance)->state.phase = INITIALISATION;
+    return OK;
+}
+
+EXPORT int fmi2ExitInitializationMode(void *instance)
+{
+    Instance *i = instance;
+    if (!end_initialisation(i))
+        return ERROR;
+    if (i->is_co_simulation) {
+        i->state.phase = STEPS;
+        return status(do_events(i) >= 0);
+    }
+    return OK;
+}
+
+EXPORT int fmi2Terminate(void *instance)
+{
+    ((Instance *)instance)->state.phase = TERMINATED;
+    return OK;
+}
+
+EXPORT int fmi2Reset(void *instance)
+{
+    begin(instance);
+    return OK;
+}
+
+/* Variables: all are real numbers. */
+
+EXPORT int fmi2GetReal(void *instance, const Reference references[], size_t n, double values[])
+{
+    for (size_t k = 0; k < n; k++)
+        if (!get_value(instance, references[k], &values[k]))
+            return status(report(instance, "A value is asked of a variable that does not exist."));
+    return OK;
+}
+
+EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, const double values[])
+{
+    for (size_t k = 0; k < n; k++)
+        if (!set_value(instance, references[k], values[k]))
+            return status(report(instance, CANNOT_SET));
+    return OK;
+}
+
+#define OTHER_TYPE(name, type)                                                                                        \
+    EXPORT int fmi2Get##name(void *instance, const Reference references[], size_t n, type values[])                   \
+    {                                                                                                                 \
+        (void)instance, (void)references, (void)values;                                                               \
+        return status(n == 0);                                                                                        \
+    }                                                                                                                 \
+    EXPORT int fmi2Set##name(void *instance, const Reference references[], size_t n, const type values[])             \
+    {                                                                                                                 \
+        (void)instance, (void)references, (void)values;                                                               \
+        return status(n == 0);                                                                                        \
+    }
+
+typedef const char *String;
+OTHER_TYPE(Integer, int)
+OTHER_TYPE(Boolean, int)
+OTHER_TYPE(String, String)
+
+/* Copies of the state. */
+
+EXPORT int fmi2GetFMUstate(void *instance, void **copy)
+{
+    return status(copy_state(instance, copy));
+}
+
+EXPORT int fmi2SetFMUstate(void *instance, void *copy)
+{
+    return status(restore_state(instance, copy));
+}
+
+EXPORT int fmi2FreeFMUstate(void *instance, void **copy)
+{
+    (void)instance;
+    if (copy) {
+        free(*copy);
+        *copy = 0;
+    }
+    return OK;
+}
+
+EXPORT int fmi2SerializedFMUstateSize(void *instance, void *copy, size_t *size)
+{
+    (void)instance, (void)copy;
+    *size = sizeof(State);
+    return OK;
+}
+
+EXPORT int fmi2SerializeFMUstate(void *instance, void *copy, char bytes[], size_t size)
+{
+    (void)instance;
+    if (!copy || size < sizeof(State))
+        return ERROR;
+    memcpy(bytes, copy, sizeof(State));
+    return OK;
+}
+
+EXPORT int fmi2DeSerializeFMUstate(void *instance, const char bytes[], size_t size, void **copy)
+{
+    if (size != sizeof(State) || !copy_state(instance, copy))
+        return ERROR;
+    memcpy(*copy, bytes, size);
+    return OK;
+}
+
+EXPORT int fmi2GetDirectionalDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
+                                        const Reference knowns[], size_t n_knowns, const double seeds[], double found[])
+{
+    return status(directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
+}
+
+/* Model exchange. */
+
+EXPORT int fmi2EnterEventMode(void *instance)
+{
+    ((Instance *)instance)->state.phase = EVENTS;
+    return OK;
+}
+
+EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
+{
+    const int changed = do_events(instance);
+    info->again = info->nominals = 0;
+    info->ends = changed < 0;
+    info->states = changed > 0;
+    info->next = next_time(instance);
+    info->has_next = isfinite(info->next);
+    return OK;
+}
+
+EXPORT int fmi2EnterContinuousTimeMode(void *instance)
+{
+    ((Instance *)instance)->state.phase = CONTINUOUS;
+    return OK;
+}
+
+EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enters_events, int *ends)
+{
+    (void)no_return;
+    end_step(instance);
+    *enters_events = *ends = 0;
+    return OK;
+}
+
+EXPORT int fmi2SetTime(void *instance, double time)
+{
+    set_time(instance, time);
+    return OK;
+}
+
+EXPORT int fmi2SetContinuousStates(void *instance, const double states[], size_t n)
+{
+    if (n != N_OWN)
+        return ERROR;
+    set_states(instance, states);
+    return OK;
+}
+
+EXPORT int fmi2GetDerivatives(void *instance, double rates[], size_t n)
+{
+    return n != N_OWN ? ERROR : rates_of(instance, rates) ? OK : DISCARD;
+}
+
+EXPORT int fmi2GetEventIndicators(void *instance, double z[], size_t n)
+{
+    if (n != N_INDICATORS)
+        return ERROR;
+    indicators(instance, z);
+    return OK;
+}
+
+EXPORT int fmi2GetContinuousStates(void *instance, double states[], size_t n)
+{
+    if (n != N_OWN)
+        return ERROR;
+    get_states(instance, states);
+    return OK;
+}
+
+EXPORT int fmi2GetNominalsOfContinuousStates(void *instance, double nominals[], size_t n)
+{
+    (void)instance;
+    if (n != N_OWN)
+        return ERROR;
+    for (size_t k = 0; k < N_OWN; k++)
+        nominals[k] = nominal[own_state[k]];
+    return OK;
+}
+
+/* Co-simulation. */
+
+EXPORT int fmi2SetRealInputDerivatives(void *instance, const Reference references[], size_t n, const int orders[],
+                                       const double values[])
+{
+    (void)references, (void)orders, (void)values;
+    return n ? status(report(instance, "Inputs are constant during a step.")) : OK;
+}
+
+EXPORT int fmi2GetRealOutputDerivatives(void *instance, const Reference references[], size_t n, const int orders[],
+                                        double values[])
+{
+    (void)instance, (void)references, (void)orders, (void)values;
+    return status(n == 0);
+}
+
+EXPORT int fmi2DoStep(void *instance, double time, double step, int no_return)
+{
+    Instance *i = instance;
+    (void)no_return;
+    const int result = advance(i, time + step);
+    i->work.has_ended = result < 0;
+    return result > 0 ? OK : result < 0 ? DISCARD : ERROR;
+}
+
+EXPORT int fmi2CancelStep(void *instance)
+{
+    (void)instance;
+    return ERROR;
+}
+
+EXPORT int fmi2GetStatus(void *instance, int kind, int *value)
+{
+    (void)instance, (void)kind, (void)value;
+    return DISCARD;
+}
+
+EXPORT int fmi2GetRealStatus(void *instance, int kind, double *value)
+{
+    enum { LAST_TIME = 2 };
+    *value = ((Instance *)instance)->state.model.t;
+    return kind == LAST_TIME ? OK : DISCARD;
+}
+
+EXPORT int fmi2GetIntegerStatus(void *instance, int kind, int *value)
+{
+    (void)instance, (void)kind, (void)value;
+    return DISCARD;
+}
+
+EXPORT int fmi2GetBooleanStatus(void *instance, int kind, int *value)
+{
+    enum { ENDED = 3 };
+    *value = ((Instance *)instance)->work.has_ended;
+    return kind == ENDED ? OK : DISCARD;
+}
+
+EXPORT int fmi2GetStringStatus(void *instance, int kind, const char **value)
+{
+    (void)instance, (void)kind, (void)value;
+    return DISCARD;
+}

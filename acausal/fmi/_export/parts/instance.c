@@ -1,0 +1,293 @@
+/* An instance of the model: its state, which is copied as a whole, and what belongs to the importer. */
+enum phase { INSTANTIATED, INITIALISATION, EVENTS, CONTINUOUS, STEPS, TERMINATED };
+
+typedef struct {
+    MODEL model;
+    double size; /* of the next step of co-simulation, s; 0 before the first */
+    int phase;
+    int has_begun;    /* whether the events at the start have happened */
+    int is_evaluated; /* whether the values belong to the time, the states and the parameters */
+} State;
+
+/* Numbers of one step. */
+typedef struct {
+    double y0[N_ALL + 1], y1[N_ALL + 1], slopes[N_ALL + 1], by_time[N_ALL + 1], stages[STAGES][N_ALL + 1];
+    double matrix[N_ALL * N_ALL + 1];
+    int pivot[N_ALL + 1];
+    int has_event; /* whether it ended at a change of a relation */
+    int has_ended; /* whether an event ended the run */
+} Work;
+
+typedef struct Instance Instance;
+struct Instance {
+    State state;
+    int is_co_simulation;
+    double tolerance;
+    void (*log)(Instance *, const char *); /* passes an error to the importer */
+    void *environment, *logger;
+    char name[256];
+    Work work;
+};
+
+static void begin(Instance *i)
+{
+    memset(&i->state, 0, sizeof(State));
+    MODEL_start(&i->state.model);
+    i->tolerance = 1e-6;
+}
+
+static void evaluate(Instance *i)
+{
+    if (!i->state.is_evaluated)
+        MODEL_evaluate(&i->state.model);
+    i->state.is_evaluated = 1;
+}
+
+/* The event indicators: relations of the model, shifted by a band, so that an importer that stops just after a sign
+   change finds the relation changed. */
+static void indicators(Instance *i, double *z)
+{
+    (void)z;
+#ifdef HAS_EVENTS
+    MODEL *m = &i->state.model;
+    evaluate(i);
+    MODEL_indicators(m, z);
+    for (int k = 0; k < N_INDICATORS; k++)
+        z[k] += m->truths[k] ? SHIFT * band[k] : -SHIFT * band[k];
+#else
+    (void)i;
+#endif
+}
+
+static double indicator_of(Instance *i, int place)
+{
+    double z[N_INDICATORS + 1] = {0.0};
+    indicators(i, z);
+    return z[place];
+}
+
+static int report(Instance *i, const char *text)
+{
+    if (i->log && text)
+        i->log(i, text);
+    return 0;
+}
+
+/* The value of a variable. Returns 0 if there is no such variable. */
+static int get_value(Instance *i, unsigned int reference, double *value)
+{
+    MODEL *m = &i->state.model;
+    if (reference >= N_VARIABLES)
+        return 0;
+    const int place = place_of[reference];
+    switch (space_of[reference]) {
+    case 't': *value = m->t; break;
+    case 'x': *value = m->x[place]; break;
+    case 'p': *value = m->p[place]; break;
+    case 'd': *value = m->d[place]; break;
+    case 'v': evaluate(i); *value = m->v[place]; break;
+    case 'z': *value = indicator_of(i, place); break;
+    default: *value = 0.0;
+    }
+    *value *= sign_of[reference];
+    return 1;
+}
+
+/* Sets an input, a state or a parameter. Returns 0 for any other variable. */
+static int set_value(Instance *i, unsigned int reference, double value)
+{
+    MODEL *m = &i->state.model;
+    if (reference >= N_VARIABLES || !is_settable[reference])
+        return 0;
+    double *target = space_of[reference] == 'x' ? m->x : space_of[reference] == 'p' ? m->p : m->d;
+    target[place_of[reference]] = value;
+    i->state.is_evaluated = 0;
+    return 1;
+}
+
+/* The events at the present time. Returns 1 if they changed states or discrete variables, 0 if not, -1 if they end the
+   run. */
+static int do_events(Instance *i)
+{
+#ifdef HAS_EVENTS
+    MODEL *m = &i->state.model;
+    const int is_first = !i->state.has_begun;
+    i->state.has_begun = 1;
+    const int changed = is_first ? MODEL_initialise(m) : MODEL_events(m);
+    i->state.is_evaluated = 0;
+    if (changed < 0)
+        report(i, m->refused ? m->refused : "The events at an instant have no end.");
+    return changed;
+#else
+    i->state.has_begun = 1;
+    return 0;
+#endif
+}
+
+static double next_time(const Instance *i)
+{
+#ifdef HAS_EVENTS
+    return MODEL_next_time(&i->state.model);
+#else
+    (void)i;
+    return INFINITY;
+#endif
+}
+
+/* The rates of the states of the FMU. Returns 0 if one of them is not finite. */
+static int rates_of(Instance *i, double *rates)
+{
+    int is_finite = 1;
+    evaluate(i);
+    for (int k = 0; k < N_OWN; k++) {
+        rates[k] = i->state.model.v[rate_place[k]];
+        is_finite = is_finite && isfinite(rates[k]);
+    }
+    return is_finite;
+}
+
+/* Writes to dv the derivatives along a direction of states, inputs and the time. */
+static void along(Instance *i, double dt, const double *dx)
+{
+    evaluate(i);
+    MODEL_along_all(&i->state.model, dt, dx);
+}
+
+/* The derivative of a variable along the last direction; dt and dx are that direction. */
+static double derivative_of(Instance *i, unsigned int reference, double dt, const double *dx)
+{
+    const int place = place_of[reference];
+    double value = 0.0;
+    switch (space_of[reference]) {
+    case 't': value = dt; break;
+    case 'x': value = dx[place]; break;
+    case 'v': value = i->state.model.dv[place]; break;
+#ifdef HAS_EVENTS
+    case 'z': {
+        double z[N_INDICATORS + 1];
+        MODEL_indicators_along(&i->state.model, dt, z);
+        value = z[place];
+        break;
+    }
+#endif
+    }
+    return sign_of[reference] * value;
+}
+
+/* Derivatives of variables along the direction in which the known ones change by the seeds. Returns 0 for a variable
+   that is no state, input or the time. */
+static int directional(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+                       size_t n_knowns, const double *seeds, double *found)
+{
+    double dt = 0.0, dx[N_ALL + 1] = {0.0};
+    for (size_t k = 0; k < n_knowns; k++) {
+        if (knowns[k] >= N_VARIABLES || (space_of[knowns[k]] != 'x' && space_of[knowns[k]] != 't'))
+            return report(i, "Derivatives are with respect to states, inputs and the time.");
+        if (space_of[knowns[k]] == 't')
+            dt += seeds[k];
+        else
+            dx[place_of[knowns[k]]] += sign_of[knowns[k]] * seeds[k];
+    }
+    along(i, dt, dx);
+    for (size_t k = 0; k < n_unknowns; k++) {
+        if (unknowns[k] >= N_VARIABLES)
+            return report(i, "A derivative is asked of a variable that does not exist.");
+        found[k] = derivative_of(i, unknowns[k], dt, dx);
+    }
+    return 1;
+}
+
+/* The product of seeds of unknowns with the derivatives by the known variables. */
+static int adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+                   size_t n_knowns, const double *seeds, double *found)
+{
+    for (size_t j = 0; j < n_knowns; j++) {
+        const double one = 1.0;
+        double column;
+        found[j] = 0.0;
+        for (size_t k = 0; k < n_unknowns; k++) {
+            if (!directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
+                return 0;
+            found[j] += seeds[k] * column;
+        }
+    }
+    return 1;
+}
+
+static Instance *new_instance(const char *name, const char *token, const char *own_token)
+{
+    if (!token || strcmp(token, own_token))
+        return 0;
+    Instance *i = calloc(1, sizeof(Instance));
+    if (!i)
+        return 0;
+    strncpy(i->name, name ? name : "", sizeof(i->name) - 1);
+    begin(i);
+    return i;
+}
+
+/* The end of initialisation: the requirements on parameters hold, or the run cannot start. */
+static int end_initialisation(Instance *i)
+{
+    const char *violation = MODEL_violation(&i->state.model);
+    if (violation)
+        return report(i, violation);
+    i->state.is_evaluated = 0;
+    i->state.phase = EVENTS;
+    return 1;
+}
+
+/* The start of initialisation; the tolerance is 0 if the importer gives none. */
+static void begin_initialisation(Instance *i, double start, double tolerance)
+{
+    if (tolerance > 0.0)
+        i->tolerance = tolerance;
+    i->state.model.t = i->state.model.start = start;
+    i->state.is_evaluated = 0;
+    i->state.phase = INITIALISATION;
+}
+
+static void set_time(Instance *i, double time)
+{
+    i->state.model.t = time;
+    i->state.is_evaluated = 0;
+}
+
+static void set_states(Instance *i, const double *states)
+{
+    for (int k = 0; k < N_OWN; k++)
+        i->state.model.x[own_state[k]] = states[k];
+    i->state.is_evaluated = 0;
+}
+
+static void get_states(const Instance *i, double *states)
+{
+    for (int k = 0; k < N_OWN; k++)
+        states[k] = i->state.model.x[own_state[k]];
+}
+
+/* The solutions of nonlinear equations become the guesses of the next step. */
+static void end_step(Instance *i)
+{
+    evaluate(i);
+    remember(&i->state.model);
+}
+
+/* Copies the state; allocates the copy if there is none. */
+static int copy_state(const Instance *i, void **copy)
+{
+    if (!*copy)
+        *copy = malloc(sizeof(State));
+    if (!*copy)
+        return 0;
+    memcpy(*copy, &i->state, sizeof(State));
+    return 1;
+}
+
+static int restore_state(Instance *i, const void *copy)
+{
+    if (!copy)
+        return 0;
+    memcpy(&i->state, copy, sizeof(State));
+    return 1;
+}

@@ -1,0 +1,189 @@
+/* Co-simulation: Rodas5P with error control, and a search for events. */
+#define SMALLEST 1e-14 /* step relative to the time below which a run fails */
+#define MOST_REJECTED 1000
+
+/* The matrix of a step, I / (gamma h) - J, in factors: columns of J without a common row are computed together. */
+static int factorise(Instance *i, double h)
+{
+    Work *w = &i->work;
+    MODEL *m = &i->state.model;
+    double direction[N_ALL + 1] = {0.0};
+    for (int k = 0; k < N_ALL * N_ALL; k++)
+        w->matrix[k] = k % (N_ALL + 1) ? 0.0 : 1.0 / (gamma_ * h);
+    for (int c = 0; c < N_COLOURS; c++) {
+        for (int k = 0; k < N_ALL; k++)
+            direction[k] = colour[k] == c;
+        MODEL_along(m, 0.0, direction, w->slopes);
+        for (int e = 0; e < N_ENTRIES; e++)
+            if (colour[column_of[e]] == c)
+                w->matrix[N_ALL * row_of[e] + column_of[e]] -= w->slopes[row_of[e]];
+    }
+    for (int k = 0; k < N_ALL; k++)
+        direction[k] = 0.0;
+    MODEL_along(m, 1.0, direction, w->by_time);
+    for (int k = 0; k < N_ALL; k++) {
+        int pivot = k;
+        for (int r = k + 1; r < N_ALL; r++)
+            if (fabs(w->matrix[N_ALL * r + k]) > fabs(w->matrix[N_ALL * pivot + k]))
+                pivot = r;
+        w->pivot[k] = pivot;
+        if (!(fabs(w->matrix[N_ALL * pivot + k]) > 0.0))
+            return 0;
+        for (int c = 0; pivot != k && c < N_ALL; c++) {
+            const double held = w->matrix[N_ALL * k + c];
+            w->matrix[N_ALL * k + c] = w->matrix[N_ALL * pivot + c];
+            w->matrix[N_ALL * pivot + c] = held;
+        }
+        for (int r = k + 1; r < N_ALL; r++) {
+            const double factor = w->matrix[N_ALL * r + k] / w->matrix[N_ALL * k + k];
+            w->matrix[N_ALL * r + k] = factor;
+            for (int c = k + 1; factor != 0.0 && c < N_ALL; c++)
+                w->matrix[N_ALL * r + c] -= factor * w->matrix[N_ALL * k + c];
+        }
+    }
+    return 1;
+}
+
+static void solve(const Work *w, double *b)
+{
+    for (int k = 0; k < N_ALL; k++) {
+        const double held = b[k];
+        b[k] = b[w->pivot[k]];
+        b[w->pivot[k]] = held;
+    }
+    for (int r = 1; r < N_ALL; r++)
+        for (int c = 0; c < r; c++)
+            b[r] -= w->matrix[N_ALL * r + c] * b[c];
+    for (int r = N_ALL - 1; r >= 0; r--) {
+        for (int c = r + 1; c < N_ALL; c++)
+            b[r] -= w->matrix[N_ALL * r + c] * b[c];
+        b[r] /= w->matrix[N_ALL * r + r];
+    }
+}
+
+/* A step from the time and states of the model: y1, the stages, and the error relative to the tolerance. */
+static double attempt(Instance *i, double t, double h)
+{
+    Work *w = &i->work;
+    MODEL *m = &i->state.model;
+    MODEL_rates(m, w->stages[0]);
+    if (!factorise(i, h))
+        return INFINITY;
+    for (int s = 0; s < STAGES; s++) {
+        double *u = w->stages[s];
+        for (int k = 0; k < N_ALL; k++) {
+            double x = w->y0[k];
+            for (int j = 0; j < s; j++)
+                x += stage_a[s][j] * w->stages[j][k];
+            m->x[k] = x;
+        }
+        m->t = t + stage_time[s] * h;
+        MODEL_rates(m, u);
+        for (int k = 0; k < N_ALL; k++) {
+            double memory = 0.0;
+            for (int j = 0; j < s; j++)
+                memory += stage_c[s][j] * w->stages[j][k];
+            u[k] += memory / h + h * stage_slope[s] * w->by_time[k];
+        }
+        solve(w, u);
+    }
+    double sum = 0.0;
+    for (int k = 0; k < N_ALL; k++) {
+        w->y1[k] = m->x[k] + w->stages[STAGES - 1][k];
+        const double size = fmax(fabs(w->y0[k]), fabs(w->y1[k]));
+        const double error = w->stages[STAGES - 1][k] / (i->tolerance * (nominal[k] + size));
+        sum += error * error;
+    }
+    const double norm = sqrt(sum / (N_ALL ? N_ALL : 1));
+    return isfinite(norm) ? norm : INFINITY;
+}
+
+/* Sets the model to a place in the last step, from 0 to 1. */
+static void go_to(Instance *i, double t, double h, double theta)
+{
+    const Work *w = &i->work;
+    MODEL *m = &i->state.model;
+    m->t = t + theta * h;
+    for (int k = 0; k < N_ALL; k++) {
+        double bend = 0.0;
+        for (int p = DENSE - 1; p >= 0; p--) {
+            double row = 0.0;
+            for (int s = 0; s < STAGES; s++)
+                row += dense[p][s] * w->stages[s][k];
+            bend = bend * theta + row;
+        }
+        m->x[k] = theta < 1.0 ? (1.0 - theta) * w->y0[k] + theta * (w->y1[k] + (1.0 - theta) * bend) : w->y1[k];
+    }
+    i->state.is_evaluated = 0;
+}
+
+/* Whether a relation of the model has changed since the last event. */
+static int has_changed(Instance *i)
+{
+#ifdef HAS_EVENTS
+    double z[N_INDICATORS + 1];
+    indicators(i, z);
+    for (int k = 0; k < N_INDICATORS; k++)
+        if (i->state.model.truths[k] ? z[k] < 0.0 : z[k] > 0.0)
+            return 1;
+#else
+    (void)i;
+#endif
+    return 0;
+}
+
+/* One step, at most to the time `to`: it ends where a relation changes. Returns 0 if there is no step. */
+static int take_step(Instance *i, double to)
+{
+    MODEL *m = &i->state.model;
+    const double t = m->t, room = to - t;
+    double h = i->state.size > 0.0 ? i->state.size : 1e-4 * room;
+    memcpy(i->work.y0, m->x, N_ALL * sizeof(double));
+    for (int tries = 0; tries < MOST_REJECTED; tries++) {
+        h = fmin(h, room);
+        m->t = t;
+        memcpy(m->x, i->work.y0, N_ALL * sizeof(double));
+        const double error = N_OWN ? attempt(i, t, h) : (go_to(i, t, h, 1.0), 0.0);
+        const double factor = fmin(5.0, fmax(0.2, 0.9 * pow(fmax(error, 1e-10), -0.2)));
+        if (error <= 1.0) {
+            i->state.size = h < room || factor < 1.0 ? factor * h : fmax(i->state.size, h);
+            go_to(i, t, h, 1.0);
+            m->t = h < room ? m->t : to;
+            if (has_changed(i)) {
+                double low = 0.0, high = 1.0;
+                while ((high - low) * h > 4e-16 * fabs(t) && high - low > 1e-15) {
+                    const double middle = 0.5 * (low + high);
+                    go_to(i, t, h, middle);
+                    if (has_changed(i))
+                        high = middle;
+                    else
+                        low = middle;
+                }
+                go_to(i, t, h, high);
+                i->work.has_event = 1;
+            }
+            remember(m);
+            return 1;
+        }
+        h *= factor;
+        if (!(h > SMALLEST * fmax(fabs(t), 1e-3)))
+            break;
+    }
+    return report(i, "The step size of co-simulation has become too small.");
+}
+
+/* Integrate to a time, with all events. Returns 1, 0 for a failure, or -1 if an event ends the run. */
+static int advance(Instance *i, double to)
+{
+    MODEL *m = &i->state.model;
+    while (m->t < to) {
+        const double due = next_time(i), end = fmin(to, due);
+        i->work.has_event = 0;
+        if (end > m->t && !take_step(i, end))
+            return 0;
+        if (i->work.has_event || m->t >= due)
+            if (do_events(i) < 0)
+                return -1;
+    }
+    return 1;
+}

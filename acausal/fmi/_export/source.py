@@ -1,0 +1,152 @@
+"""The C code of an FMU: the equations of the model, its variables, and the functions of FMI."""
+
+from importlib.resources import files
+
+import jax
+import numpy as np
+from jax import Array
+
+from ..._evaluate.dependence import dependence
+from ..._integrate.solvers._rodas5p import Rodas5P
+from ..._jax_private import jaxpr_as_fun
+from ..._reduce.jaxpr import structs
+from ..._sparse_order import column_colours
+from ...codegen.derivatives import Along, along
+from ...codegen.events import CEvents
+from ...codegen.functions import Writer, inlined
+from ...codegen.leaves import leaf_value
+from ...codegen.model import CModel
+from ...codegen.values import Index, stored
+from ...codegen.write import array, function
+from .description import About
+from .variables import Variables
+
+INCLUDES = """#include <math.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>"""
+CANNOT_SET = "Only parameters, inputs, states and discrete variables can be set."
+
+
+def part(name: str) -> str:
+    """A file of C that all FMUs share."""
+    return (files(__package__) / "parts" / f"{name}.c").read_text().rstrip()
+
+
+def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: int, version: int) -> str:
+    """The file fmu.c, which includes the equations."""
+    tables = [
+        _constants(model, about, variables, n_indicators),
+        _places(variables),
+        *_pattern(model),
+        *_method(),
+        array("nominal", model.system.nominals),
+        array("own_state", np.array(variables.state_places), "i"),
+        array("rate_place", model.rate_places[variables.state_places], "i"),
+    ]
+    shared = [part(name).replace("MODEL", model.name) for name in ("instance", "integrate", f"fmi{version}")]
+    return "\n\n".join([INCLUDES, f'#include "{model.name}.c"', *tables, *shared]) + "\n"
+
+
+def _constants(model: CModel, about: About, variables: Variables, n_indicators: int) -> str:
+    lines = [
+        f'#define TOKEN "{about.token}"',
+        f'#define CANNOT_SET "{CANNOT_SET}"',
+        f"#define N_VARIABLES {len(variables.all)}",
+        f"#define N_ALL {model.n_states} /* states of the equations: those of the FMU, and its inputs */",
+        f"#define N_OWN {len(variables.state_places)} /* states of the FMU */",
+        f"#define N_INDICATORS {n_indicators}",
+    ]
+    return "\n".join(lines + ["#define HAS_EVENTS"] * (model.system.events is not None))
+
+
+def _places(variables: Variables) -> str:
+    settable = [v.space in ("x", "p", "d") for v in variables.all]
+    spaces = "".join(v.space for v in variables.all)
+    return "\n\n".join(
+        [
+            "/* Where the values of the variables are. */",
+            f'static const char space_of[] = "{spaces}";',
+            array("place_of", np.array([v.place for v in variables.all]), "i"),
+            array("sign_of", np.array([v.sign for v in variables.all]), "i"),
+            array("is_settable", np.array(settable, int), "i"),
+        ]
+    )
+
+
+def _pattern(model: CModel) -> list[str]:
+    """The elements of the Jacobian that may differ from zero, and the columns that are computed together."""
+    structure = dependence(model.system.plan, model.system.rates)
+    colours, entries = column_colours(structure), structure.tocoo()
+    return [
+        f"#define N_COLOURS {int(colours.max(initial=-1)) + 1}\n#define N_ENTRIES {entries.nnz}",
+        array("colour", colours, "i"),
+        array("row_of", entries.row, "i"),
+        array("column_of", entries.col, "i"),
+    ]
+
+
+def _method() -> list[str]:
+    """The coefficients of Rodas5P."""
+    tableau = Rodas5P.tableau
+    stages, rows = len(tableau.a), len(tableau.dense)
+    return [
+        f"#define STAGES {stages}\n#define DENSE {rows}",
+        f"static const double gamma_ = {tableau.gamma!r};",
+        array("stage_time", tableau.alpha_sums),
+        array("stage_slope", tableau.gamma_sums),
+        _matrix("stage_a", tableau.a),
+        _matrix("stage_c", tableau.c),
+        _matrix("dense", tableau.dense),
+    ]
+
+
+def _matrix(name: str, values: np.ndarray) -> str:
+    rows = ",\n".join("    {" + ", ".join(repr(float(x)) for x in row) + "}" for row in values)
+    return f"static const double {name}[{len(values)}][{values.shape[1]}] = {{\n{rows},\n}};"
+
+
+def derivative_functions(model: CModel, events: CEvents | None, tangents: Along) -> list[str]:
+    """The derivatives of all values along a direction, at the point of the last evaluation, and those of the event
+    indicators.
+    """
+    name, n = model.name, model.n_states
+    writer = Writer(model.tables, name)
+    if n:
+        with writer.loops(n) as index:
+            writer.line(f"dv[{index.text}] = dx[{index.text}];")
+    for call in tangents.calls:
+        call.write(writer)
+    head = f"static void {name}_along_all({name} *m, double dt, const double *dx)"
+    found = [function(head, writer.lines, unread=("m", "dt", "dx"))]
+    return [*found, _indicators_along(model, events)] if events is not None else found
+
+
+def _indicators_along(model: CModel, events: CEvents) -> str:
+    of, leaves = events.events.indicators, model.system.flat.leaves
+    moving = [i for i, leaf in enumerate(of.leaves) if leaves[leaf].declaration.is_variable]
+    shapes = [aval.shape for aval in of.closed.in_avals]
+
+    def tangents(*values: Array) -> list[Array]:
+        own, changes = list(values[: len(shapes)]), values[len(shapes) :]
+
+        def indicators(*moved: Array) -> list[Array]:
+            changed = dict(zip(moving, moved, strict=True))
+            return jaxpr_as_fun(of.closed)(*(changed.get(i, x) for i, x in enumerate(own)))
+
+        return jax.jvp(indicators, tuple(own[i] for i in moving), changes)[1]
+
+    whole = jax.make_jaxpr(tangents)(*structs([*shapes, *(shapes[i] for i in moving)]))
+    writer = Writer(model.tables, f"An event of {model.name}")
+    for taken in ("m", "t", "dt", "v", "dv", "p", "d", "indicator"):
+        writer.names.new(taken)
+    values = [leaf_value(writer, model.layout, leaf) for leaf in of.leaves]
+    values += [leaf_value(writer, model.layout, of.leaves[i], is_tangent=True) for i in moving]
+    start = 0
+    for result in writer.run(inlined(whole), values):
+        writer.assign(stored("indicator", (start + result.size + 1,), "f", is_array=True), result, start + np.arange(result.size))
+        start += result.size
+    head = f"static void {model.name}_indicators_along(const {model.name} *m, double dt, double *indicator)"
+    return function(head, writer.lines, unread=("m", "dt", "indicator"), is_constant=True)
