@@ -75,7 +75,9 @@ def _compiled(sources: Mapping[str, str], command: list[str], *, is_windows: boo
         for file, text in sources.items():
             (folder / file).write_text(text)
         own = [] if is_windows else ["-fPIC", "-lm"]
-        run = subprocess.run([*command, *FLAGS, "fmu.c", "-o", "library", *own], cwd=folder, capture_output=True, text=True)
+        run = subprocess.run(
+            [*command, *FLAGS, "fmu.c", "-o", "library", *own], cwd=folder, capture_output=True, text=True
+        )
         if run.returncode:
             raise ModelError(f"The C compiler failed: {' '.join(command)}\n{run.stderr[-2000:]}")
         return (folder / "library").read_bytes()

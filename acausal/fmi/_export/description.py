@@ -98,7 +98,8 @@ def _base_unit(unit: str) -> dict[str, str] | None:
 
 
 def _number(value: float) -> str:
-    return repr(float(value))
+    """A number as XML writes it."""
+    return repr(float(value)).replace("inf", "INF").replace("nan", "NaN")
 
 
 def _initial(variable: FmuVariable) -> str | None:

@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
-
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence

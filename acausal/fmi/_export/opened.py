@@ -67,9 +67,7 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
 @ft.cache
 def _driven_class(cls: Any, inputs: tuple[str, ...], ports: tuple[type[Port], ...]) -> Any:
     def connections(self: Any) -> Connections:
-        own = [
-            connect(getattr(self, f"{FIELD}{i}").port, _part(self, name)) for i, name in enumerate(inputs)
-        ]
+        own = [connect(getattr(self, f"{FIELD}{i}").port, _part(self, name)) for i, name in enumerate(inputs)]
         return (*cls.connections(self), *own)
 
     fields = {f"{FIELD}{i}": _source(port) for i, port in enumerate(ports)}

@@ -11,12 +11,12 @@ from ..._integrate.solvers._rodas5p import Rodas5P
 from ..._jax_private import jaxpr_as_fun
 from ..._reduce.jaxpr import structs
 from ..._sparse_order import column_colours
-from ...codegen.derivatives import Along, along
+from ...codegen.derivatives import Along
 from ...codegen.events import CEvents
 from ...codegen.functions import Writer, inlined
 from ...codegen.leaves import leaf_value
 from ...codegen.model import CModel
-from ...codegen.values import Index, stored
+from ...codegen.values import stored
 from ...codegen.write import array, function
 from .description import About
 from .variables import Variables
@@ -146,7 +146,9 @@ def _indicators_along(model: CModel, events: CEvents) -> str:
     values += [leaf_value(writer, model.layout, of.leaves[i], is_tangent=True) for i in moving]
     start = 0
     for result in writer.run(inlined(whole), values):
-        writer.assign(stored("indicator", (start + result.size + 1,), "f", is_array=True), result, start + np.arange(result.size))
+        writer.assign(
+            stored("indicator", (start + result.size + 1,), "f", is_array=True), result, start + np.arange(result.size)
+        )
         start += result.size
     head = f"static void {model.name}_indicators_along(const {model.name} *m, double dt, double *indicator)"
     return function(head, writer.lines, unread=("m", "dt", "indicator"), is_constant=True)

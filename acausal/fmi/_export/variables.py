@@ -5,8 +5,6 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Literal
 
-import numpy as np
-
 from ..._errors import ModelError
 from ...codegen.layout import Quantity
 from ...codegen.model import CModel, Output
@@ -48,6 +46,7 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
     """The variables of an exported model. `sources` are the paths that hold the values of the inputs."""
     held = _input_places(model, inputs, sources)
     names = {place: output.name for output in model.outputs if (place := _state_place(model, output)) is not None}
+    discrete = {output.name for output in model.outputs if output.places.space == "d"}
     found = [FmuVariable("time", "independent", "continuous", "s", "t", 0)]
     states, rates, places = [], [], []
     for name, unit, place, value in _elements(model.states):
@@ -72,9 +71,9 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
         minimum = 0.0 if place in positive else None
         found.append(FmuVariable(name, "parameter", "tunable", unit, "p", place, start=value, minimum=minimum))
     for name, unit, place, value in _elements(model.discrete):
-        if np.isfinite(value):
-            found.append(FmuVariable(name, "local", "discrete", unit, "d", place, start=value))
-    outputs = [i for i in states if found[i].causality == "output"]
+        causality = "output" if name in discrete else "local"
+        found.append(FmuVariable(name, causality, "discrete", unit, "d", place, start=value))
+    outputs = [i for i, own in enumerate(found) if own.causality == "output"]
     shown = {found[i].name for i in outputs}
     for output in model.outputs:
         if output.name in shown:

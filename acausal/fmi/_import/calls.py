@@ -38,8 +38,10 @@ def _function(call: Call) -> Callable[[Array, Array, Array], Array]:
     result = jax.ShapeDtypeStruct(call.shape, jax.dtypes.canonicalize_dtype(float))
 
     def evaluate(number: Array, point: Array, parameters: Array) -> np.ndarray:
-        found = call.host(int(number), np.asarray(point, float), np.asarray(parameters, float))
-        return np.asarray(found, result.dtype).reshape(call.shape)
+        arguments = float(number), np.asarray(point, float), np.asarray(parameters, float)
+        if not all(np.all(np.isfinite(argument)) for argument in arguments):
+            return np.full(call.shape, np.nan)  # a trial of the solver that failed elsewhere
+        return np.asarray(call.host(int(arguments[0]), *arguments[1:]), result.dtype).reshape(call.shape)
 
     @jax.custom_jvp
     def function(number: Array, point: Array, parameters: Array) -> Array:

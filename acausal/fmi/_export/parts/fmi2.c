@@ -211,7 +211,7 @@ EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
     info->again = info->nominals = 0;
     info->ends = changed < 0;
     info->states = changed > 0;
-    info->next = next_time(instance);
+    info->next = next_event(instance);
     info->has_next = isfinite(info->next);
     return OK;
 }

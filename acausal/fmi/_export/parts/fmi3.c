@@ -334,7 +334,7 @@ EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, boo
     *again = *nominals = false;
     *ends = changed < 0;
     *states = changed > 0;
-    *next = next_time(instance);
+    *next = next_event(instance);
     *has_next = isfinite(*next);
     return OK;
 }

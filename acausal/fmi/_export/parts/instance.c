@@ -53,7 +53,7 @@ static void indicators(Instance *i, double *z)
     evaluate(i);
     MODEL_indicators(m, z);
     for (int k = 0; k < N_INDICATORS; k++)
-        z[k] += m->truths[k] ? SHIFT * band[k] : -SHIFT * band[k];
+        z[k] += m->truths[k] ? band[k] : -band[k];
 #else
     (void)i;
 #endif
@@ -124,7 +124,7 @@ static int do_events(Instance *i)
 #endif
 }
 
-static double next_time(const Instance *i)
+static double next_event(const Instance *i)
 {
 #ifdef HAS_EVENTS
     return MODEL_next_time(&i->state.model);

@@ -44,7 +44,7 @@ static int factorise(Instance *i, double h)
     return 1;
 }
 
-static void solve(const Work *w, double *b)
+static void solve_step(const Work *w, double *b)
 {
     for (int k = 0; k < N_ALL; k++) {
         const double held = b[k];
@@ -85,7 +85,7 @@ static double attempt(Instance *i, double t, double h)
                 memory += stage_c[s][j] * w->stages[j][k];
             u[k] += memory / h + h * stage_slope[s] * w->by_time[k];
         }
-        solve(w, u);
+        solve_step(w, u);
     }
     double sum = 0.0;
     for (int k = 0; k < N_ALL; k++) {
@@ -177,7 +177,7 @@ static int advance(Instance *i, double to)
 {
     MODEL *m = &i->state.model;
     while (m->t < to) {
-        const double due = next_time(i), end = fmin(to, due);
+        const double due = next_event(i), end = fmin(to, due);
         i->work.has_event = 0;
         if (end > m->t && !take_step(i, end))
             return 0;
