@@ -11,7 +11,7 @@ from .._evaluate.groups import Group
 from .._jax_private import jaxpr_as_fun
 from .._reduce.jaxpr import slice_outputs, structs
 from .calls import Call, Solve, fill, operand
-from .functions import CFunction, function_of
+from .functions import Function, function_of
 from .layout import Places
 from .model import CModel
 from .programs import Direct, Implicit, Source
@@ -24,8 +24,8 @@ class ImplicitAlong:
     for a given change of the tearing variables, too.
     """
 
-    residual: CFunction
-    unknowns: CFunction
+    residual: Function
+    unknowns: Function
     n_moving: int
 
 
@@ -64,28 +64,31 @@ class MovedRoot:
 class Along:
     """The functions and calls that compute the tangents of the values that the rates need."""
 
-    functions: list[CFunction]
+    functions: list[Function]
     calls: list[Call | MovedRoot]
 
 
-def along(model: CModel) -> Along:
-    """The tangents of the rates, from those of the states and of the time."""
-    functions: dict[int, CFunction | ImplicitAlong] = {}
+def along(model: CModel, *, with_rest: bool = False) -> Along:
+    """The tangents of the rates, or of all values, from those of the states and of the time."""
+    functions: dict[int, Function | ImplicitAlong] = {}
     calls: list[Call | MovedRoot] = []
-    for group, evaluation in zip(model.groups(model.system.rates), model.rates, strict=True):
+    groups, evaluations = model.groups(model.system.rates), model.rates
+    if with_rest:
+        groups, evaluations = [*groups, *model.groups_of_rest], [*evaluations, *model.rest]
+    for group, evaluation in zip(groups, evaluations, strict=True):
         code, source = model.code(group), model.source(group)
         if isinstance(code, Direct):
             own = functions.setdefault(id(code), _direct(source, code))
-            assert isinstance(own, CFunction)
+            assert isinstance(own, Function)
             calls.append(_call(model, group, code, own))
         else:
             both = functions.setdefault(id(code), _implicit(source, code))
             assert isinstance(both, ImplicitAlong)
             assert isinstance(evaluation, Solve)
             calls.append(_moved(model, group, evaluation, both))
-    found: list[CFunction] = []
+    found: list[Function] = []
     for item in functions.values():
-        found += [item] if isinstance(item, CFunction) else [item.residual, item.unknowns]
+        found += [item] if isinstance(item, Function) else [item.residual, item.unknowns]
     return Along(found, calls)
 
 
@@ -94,7 +97,7 @@ def _moving(source: Source, reads: Sequence[int]) -> list[int]:
     return [i for i in reads if i >= len(source.param_shapes)]
 
 
-def _direct(source: Source, code: Direct) -> CFunction:
+def _direct(source: Source, code: Direct) -> Function:
     closed, moving = code.closed, _moving(source, code.reads)
     n, places = len(code.reads), [code.reads.index(i) for i in moving]
 
@@ -116,7 +119,7 @@ def _direct(source: Source, code: Direct) -> CFunction:
     return dataclasses.replace(function, takes=used)
 
 
-def _call(model: CModel, group: Group, code: Direct, function: CFunction) -> Call:
+def _call(model: CModel, group: Group, code: Direct, function: Function) -> Call:
     operands = model.operands(group)
     every = [operands[i] for i in code.reads]
     every += [_tangent(operands[i]) for i in _moving(model.source(group), code.reads)]

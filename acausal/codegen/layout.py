@@ -90,6 +90,16 @@ class Numbering:
         slot = self.system.plan.places[pair]
         return int(self._offsets[slot.segment]) + slot.start
 
+    def pair_at(self, place: int) -> tuple[Pair, int]:
+        """The pair whose value is at a place in v, and the element of it."""
+        number = int(np.searchsorted([start for start, _ in self._starts], place, side="right")) - 1
+        start, pair = self._starts[number]
+        return pair, place - start
+
+    @ft.cached_property
+    def _starts(self) -> list[tuple[int, Pair]]:
+        return sorted((self.place(pair), pair) for pair in self.system.plan.places)
+
     def values(self, pairs: list[Pair]) -> Places:
         return Places("v", np.array([self.place(pair) for pair in pairs]))
 

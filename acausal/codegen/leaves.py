@@ -3,16 +3,18 @@
 import numpy as np
 
 from .expressions import SIGN, Expression
-from .layout import Numbering
-from .values import CValue, Index
+from .layout import Layout
+from .values import Index, Value
 from .writer import Writer
 
 
-def leaf_value(writer: Writer, layout: Numbering, leaf: int) -> CValue:
-    """A leaf as an array: in place if its elements lie in one array with one sign, otherwise copied."""
+def leaf_value(writer: Writer, layout: Layout, leaf: int, *, is_tangent: bool = False) -> Value:
+    """A leaf or its tangent as an array: in place if its elements lie in one array with one sign, otherwise copied."""
     own = layout.system.flat.leaves[leaf]
     shape = own.stack + own.sizes
     members = layout.leaf(leaf)
+    if is_tangent:
+        members = [(places._replace(space=_tangent(places.space)), size) for places, size in members]
     kinds = {(places.space, places.sign) for places, _ in members}
     if len(kinds) == 1:
         ((space, sign),) = kinds
@@ -27,9 +29,13 @@ def leaf_value(writer: Writer, layout: Numbering, leaf: int) -> CValue:
     return target
 
 
-def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> CValue:
+def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> Value:
     def at(index: Index) -> Expression:
-        text = space or "0.0" if space in ("", "t") else f"{space}[{index.through(every).text}]"
+        text = space or "0.0" if space in ("", "t", "dt") else f"{space}[{index.through(every).text}]"
         return Expression(text) if sign > 0 else Expression(f"-{text}", SIGN)
 
-    return CValue(shape, "f", at)
+    return Value(shape, "f", at)
+
+
+def _tangent(space: str) -> str:
+    return f"d{space}" if space in ("v", "t") else ""

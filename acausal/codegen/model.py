@@ -72,8 +72,13 @@ class CModel:
 
     @ft.cached_property
     def rest(self) -> list[Call | Solve]:
+        return [self._evaluation(group) for group in self.groups_of_rest]
+
+    @property
+    def groups_of_rest(self) -> list[Group]:
+        """The groups that no rate needs."""
         done = {group.first_segment for group in self.groups(self.system.rates)}
-        return [self._evaluation(group) for group in self.system.plan.groups if group.first_segment not in done]
+        return [group for group in self.system.plan.groups if group.first_segment not in done]
 
     def groups(self, pairs: Iterable[Pair]) -> list[Group]:
         """The groups that compute some values, in order."""

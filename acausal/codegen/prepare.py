@@ -12,7 +12,7 @@ from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .expressions import identifier
-from .layout import Numbering, Quantity
+from .layout import Layout, Places, Quantity
 from .model import CModel, Output
 from .values import Tables
 
@@ -37,7 +37,7 @@ def c_model(
     leaves = complete_leaves(model)[0]
     system.intake.check(leaves)
     inputs = system.pack(model)
-    layout = Numbering(system)
+    layout = Layout(system)
     numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
     return CModel(
         identifier(name or system.name),
@@ -54,7 +54,7 @@ def c_model(
     )
 
 
-def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> list[Quantity]:
+def _states(system: System, layout: Layout, inputs: Inputs, t0: float) -> list[Quantity]:
     y, bad = initial_state(system, t0, inputs)
     if np.any(np.asarray(bad)):
         names = [
@@ -72,23 +72,26 @@ def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> lis
     return found
 
 
-def _outputs(system: System, layout: Numbering, names: Sequence[str] | None) -> list[Output]:
+def _outputs(system: System, layout: Layout, names: Sequence[str] | None) -> list[Output]:
     flat = system.flat
     known = {
-        leaf.name(i): (leaf, leaf.first + i)
-        for leaf in flat.own_leaves
-        if leaf.declaration.is_variable
+        leaf.name(i): (leaf, number, i)
+        for number, leaf in enumerate(flat.own_leaves)
+        if leaf.declaration.role != "param"
         for i in range(leaf.count)
     }
     if names is None:
-        names = [name for name, (leaf, _) in known.items() if not leaf.in_port]
+        names = [name for name, (leaf, *_) in known.items() if leaf.declaration.is_variable and not leaf.in_port]
     found = []
     for name in names:
         if name not in known:
             raise ModelError(f"The model has no variable {name!r}.{suggestion(name, known)}")
-        leaf, node = known[name]
-        places = layout.node(node)
+        leaf, number, i = known[name]
         size = int(np.prod(leaf.sizes))
+        if leaf.declaration.role == "discrete":
+            places = Places("d", np.array([layout.discrete[number] + i * size]))
+        else:
+            places = layout.node(leaf.first + i)
         for k in range(size):
             own = f"{name}[{k}]" if leaf.sizes else name
             found.append(Output(own, leaf.declaration.unit, places._replace(firsts=places.firsts + k)))

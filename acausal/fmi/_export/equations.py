@@ -1,9 +1,7 @@
 """The equations of a model in C, without a method of integration."""
 
-from ...codegen.bands import bands
 from ...codegen.derivatives import MovedRoot, along
-from ...codegen.events import CEvents
-from ...codegen.files import _header
+from ...codegen.files import _header, events_of
 from ...codegen.model import CModel
 from ...codegen.requirements import requirement_functions
 from ...codegen.source import along_functions, output_functions, rate_functions, start_functions
@@ -13,8 +11,7 @@ from .source import derivative_functions
 
 
 def equations_source(model: CModel) -> tuple[str, str, int]:
-    system = model.system
-    events = None if system.events is None else CEvents(model, system.events, bands(system, model.inputs))
+    events = events_of(model)
     evaluations = [*model.rates, *model.rest]
     tangents = along(model)
     every = along(model, with_rest=True)
@@ -30,8 +27,9 @@ def equations_source(model: CModel) -> tuple[str, str, int]:
         *(events.functions() if events else []),
         _remember(model),
     ]
+    is_tied = events is not None and events.resets.is_tied
     has_roots = any(isinstance(call, MovedRoot) for call in every.calls)
-    common = shared(evaluations, has_roots=has_roots, has_matrix=False)
+    common = shared(evaluations, has_roots=has_roots, has_matrix=False, has_equations=is_tied)
     text = "\n\n".join([*common, *body])
     head = "\n".join([f'#include "{model.name}.h"', "#include <math.h>"])
     source = "\n\n".join([head, *constants(model.tables), *helpers(text), text]) + "\n"

@@ -9,7 +9,8 @@ from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence
 from ...codegen.expressions import identifier
-from ...codegen.model import CModel, c_model
+from ...codegen.model import CModel
+from ...codegen.prepare import c_model
 from .build import libraries, write
 from .description import About, build_description, description
 from .equations import equations_source

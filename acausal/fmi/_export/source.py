@@ -13,11 +13,12 @@ from ..._reduce.jaxpr import structs
 from ..._sparse_order import column_colours
 from ...codegen.derivatives import Along
 from ...codegen.events import CEvents
-from ...codegen.functions import Writer, inlined
+from ...codegen.functions import inlined
 from ...codegen.leaves import leaf_value
 from ...codegen.model import CModel
 from ...codegen.values import stored
 from ...codegen.write import array, function
+from ...codegen.writer import Writer
 from .description import About
 from .variables import Variables
 
@@ -42,9 +43,9 @@ def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: 
         _places(variables),
         *_pattern(model),
         *_method(),
-        array("nominal", model.system.nominals),
-        array("own_state", np.array(variables.state_places), "i"),
-        array("rate_place", model.rate_places[variables.state_places], "i"),
+        array("fmu_nominal", model.system.nominals),
+        array("fmu_own_state", np.array(variables.state_places), "i"),
+        array("fmu_rate_place", model.rate_places[variables.state_places], "i"),
     ]
     shared = [part(name).replace("MODEL", model.name) for name in ("instance", "integrate", f"fmi{version}")]
     return "\n\n".join([INCLUDES, f'#include "{model.name}.c"', *tables, *shared]) + "\n"
@@ -68,10 +69,10 @@ def _places(variables: Variables) -> str:
     return "\n\n".join(
         [
             "/* Where the values of the variables are. */",
-            f'static const char space_of[] = "{spaces}";',
-            array("place_of", np.array([v.place for v in variables.all]), "i"),
-            array("sign_of", np.array([v.sign for v in variables.all]), "i"),
-            array("is_settable", np.array(settable, int), "i"),
+            f'static const char fmu_space_of[] = "{spaces}";',
+            array("fmu_place_of", np.array([v.place for v in variables.all]), "i"),
+            array("fmu_sign_of", np.array([v.sign for v in variables.all]), "i"),
+            array("fmu_is_settable", np.array(settable, int), "i"),
         ]
     )
 
@@ -82,9 +83,9 @@ def _pattern(model: CModel) -> list[str]:
     colours, entries = column_colours(structure), structure.tocoo()
     return [
         f"#define N_COLOURS {int(colours.max(initial=-1)) + 1}\n#define N_ENTRIES {entries.nnz}",
-        array("colour", colours, "i"),
-        array("row_of", entries.row, "i"),
-        array("column_of", entries.col, "i"),
+        array("fmu_colour", colours, "i"),
+        array("fmu_row_of", entries.row, "i"),
+        array("fmu_column_of", entries.col, "i"),
     ]
 
 
@@ -94,12 +95,12 @@ def _method() -> list[str]:
     stages, rows = len(tableau.a), len(tableau.dense)
     return [
         f"#define STAGES {stages}\n#define DENSE {rows}",
-        f"static const double gamma_ = {tableau.gamma!r};",
-        array("stage_time", tableau.alpha_sums),
-        array("stage_slope", tableau.gamma_sums),
-        _matrix("stage_a", tableau.a),
-        _matrix("stage_c", tableau.c),
-        _matrix("dense", tableau.dense),
+        f"static const double fmu_gamma = {tableau.gamma!r};",
+        array("fmu_stage_time", tableau.alpha_sums),
+        array("fmu_stage_slope", tableau.gamma_sums),
+        _matrix("fmu_stage_a", tableau.a),
+        _matrix("fmu_stage_c", tableau.c),
+        _matrix("fmu_dense", tableau.dense),
     ]
 
 

@@ -23,12 +23,12 @@ typedef struct {
     double next;
 } EventInfo;
 
-static int status(int is_fine)
+static int fmu_status(int is_fine)
 {
     return is_fine ? OK : ERROR;
 }
 
-static void log_error(Instance *i, const char *text)
+static void fmu_log_error(Instance *i, const char *text)
 {
     ((Logger)i->logger)(i->environment, i->name, ERROR, "error", "%s", text);
 }
@@ -52,7 +52,7 @@ EXPORT int fmi2SetDebugLogging(void *instance, int on, size_t n, const char *con
 EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, const char *resources,
                              const Callbacks *callbacks, int visible, int logging)
 {
-    Instance *i = new_instance(name, token, TOKEN);
+    Instance *i = fmu_new_instance(name, token, TOKEN);
     const Logger logger = callbacks ? callbacks->logger : 0;
     (void)resources, (void)visible, (void)logging;
     if (!i) {
@@ -63,7 +63,7 @@ EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, cons
     i->is_co_simulation = type == CO_SIMULATION;
     i->environment = callbacks ? callbacks->environment : 0;
     i->logger = (void *)logger;
-    i->log = logger ? log_error : 0;
+    i->log = logger ? fmu_log_error : 0;
     return i;
 }
 
@@ -76,7 +76,7 @@ EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double toleran
                                double stop)
 {
     (void)has_stop, (void)stop;
-    begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0);
+    fmu_begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0);
     return OK;
 }
 
@@ -89,11 +89,11 @@ EXPORT int fmi2EnterInitializationMode(void *instance)
 EXPORT int fmi2ExitInitializationMode(void *instance)
 {
     Instance *i = instance;
-    if (!end_initialisation(i))
+    if (!fmu_end_initialisation(i))
         return ERROR;
     if (i->is_co_simulation) {
         i->state.phase = STEPS;
-        return status(do_events(i) >= 0);
+        return fmu_status(fmu_do_events(i) >= 0);
     }
     return OK;
 }
@@ -106,7 +106,7 @@ EXPORT int fmi2Terminate(void *instance)
 
 EXPORT int fmi2Reset(void *instance)
 {
-    begin(instance);
+    fmu_begin(instance);
     return OK;
 }
 
@@ -115,16 +115,16 @@ EXPORT int fmi2Reset(void *instance)
 EXPORT int fmi2GetReal(void *instance, const Reference references[], size_t n, double values[])
 {
     for (size_t k = 0; k < n; k++)
-        if (!get_value(instance, references[k], &values[k]))
-            return status(report(instance, "A value is asked of a variable that does not exist."));
+        if (!fmu_get_value(instance, references[k], &values[k]))
+            return fmu_status(fmu_report(instance, "A value is asked of a variable that does not exist."));
     return OK;
 }
 
 EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, const double values[])
 {
     for (size_t k = 0; k < n; k++)
-        if (!set_value(instance, references[k], values[k]))
-            return status(report(instance, CANNOT_SET));
+        if (!fmu_set_value(instance, references[k], values[k]))
+            return fmu_status(fmu_report(instance, CANNOT_SET));
     return OK;
 }
 
@@ -132,12 +132,12 @@ EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, c
     EXPORT int fmi2Get##name(void *instance, const Reference references[], size_t n, type values[])                   \
     {                                                                                                                 \
         (void)instance, (void)references, (void)values;                                                               \
-        return status(n == 0);                                                                                        \
+        return fmu_status(n == 0);                                                                                        \
     }                                                                                                                 \
     EXPORT int fmi2Set##name(void *instance, const Reference references[], size_t n, const type values[])             \
     {                                                                                                                 \
         (void)instance, (void)references, (void)values;                                                               \
-        return status(n == 0);                                                                                        \
+        return fmu_status(n == 0);                                                                                        \
     }
 
 typedef const char *String;
@@ -149,12 +149,12 @@ OTHER_TYPE(String, String)
 
 EXPORT int fmi2GetFMUstate(void *instance, void **copy)
 {
-    return status(copy_state(instance, copy));
+    return fmu_status(fmu_copy_state(instance, copy));
 }
 
 EXPORT int fmi2SetFMUstate(void *instance, void *copy)
 {
-    return status(restore_state(instance, copy));
+    return fmu_status(fmu_restore_state(instance, copy));
 }
 
 EXPORT int fmi2FreeFMUstate(void *instance, void **copy)
@@ -185,7 +185,7 @@ EXPORT int fmi2SerializeFMUstate(void *instance, void *copy, char bytes[], size_
 
 EXPORT int fmi2DeSerializeFMUstate(void *instance, const char bytes[], size_t size, void **copy)
 {
-    if (size != sizeof(State) || !copy_state(instance, copy))
+    if (size != sizeof(State) || !fmu_copy_state(instance, copy))
         return ERROR;
     memcpy(*copy, bytes, size);
     return OK;
@@ -194,7 +194,7 @@ EXPORT int fmi2DeSerializeFMUstate(void *instance, const char bytes[], size_t si
 EXPORT int fmi2GetDirectionalDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
                                         const Reference knowns[], size_t n_knowns, const double seeds[], double found[])
 {
-    return status(directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
+    return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
 /* Model exchange. */
@@ -207,11 +207,11 @@ EXPORT int fmi2EnterEventMode(void *instance)
 
 EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
 {
-    const int changed = do_events(instance);
+    const int changed = fmu_do_events(instance);
     info->again = info->nominals = 0;
     info->ends = changed < 0;
     info->states = changed > 0;
-    info->next = next_event(instance);
+    info->next = fmu_next_event(instance);
     info->has_next = isfinite(info->next);
     return OK;
 }
@@ -225,14 +225,14 @@ EXPORT int fmi2EnterContinuousTimeMode(void *instance)
 EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enters_events, int *ends)
 {
     (void)no_return;
-    end_step(instance);
+    fmu_end_step(instance);
     *enters_events = *ends = 0;
     return OK;
 }
 
 EXPORT int fmi2SetTime(void *instance, double time)
 {
-    set_time(instance, time);
+    fmu_set_time(instance, time);
     return OK;
 }
 
@@ -240,20 +240,20 @@ EXPORT int fmi2SetContinuousStates(void *instance, const double states[], size_t
 {
     if (n != N_OWN)
         return ERROR;
-    set_states(instance, states);
+    fmu_set_states(instance, states);
     return OK;
 }
 
 EXPORT int fmi2GetDerivatives(void *instance, double rates[], size_t n)
 {
-    return n != N_OWN ? ERROR : rates_of(instance, rates) ? OK : DISCARD;
+    return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
 }
 
 EXPORT int fmi2GetEventIndicators(void *instance, double z[], size_t n)
 {
     if (n != N_INDICATORS)
         return ERROR;
-    indicators(instance, z);
+    fmu_indicators(instance, z);
     return OK;
 }
 
@@ -261,7 +261,7 @@ EXPORT int fmi2GetContinuousStates(void *instance, double states[], size_t n)
 {
     if (n != N_OWN)
         return ERROR;
-    get_states(instance, states);
+    fmu_get_states(instance, states);
     return OK;
 }
 
@@ -271,7 +271,7 @@ EXPORT int fmi2GetNominalsOfContinuousStates(void *instance, double nominals[], 
     if (n != N_OWN)
         return ERROR;
     for (size_t k = 0; k < N_OWN; k++)
-        nominals[k] = nominal[own_state[k]];
+        nominals[k] = fmu_nominal[fmu_own_state[k]];
     return OK;
 }
 
@@ -281,21 +281,21 @@ EXPORT int fmi2SetRealInputDerivatives(void *instance, const Reference reference
                                        const double values[])
 {
     (void)references, (void)orders, (void)values;
-    return n ? status(report(instance, "Inputs are constant during a step.")) : OK;
+    return n ? fmu_status(fmu_report(instance, "Inputs are constant during a step.")) : OK;
 }
 
 EXPORT int fmi2GetRealOutputDerivatives(void *instance, const Reference references[], size_t n, const int orders[],
                                         double values[])
 {
     (void)instance, (void)references, (void)orders, (void)values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi2DoStep(void *instance, double time, double step, int no_return)
 {
     Instance *i = instance;
     (void)no_return;
-    const int result = advance(i, time + step);
+    const int result = fmu_advance(i, time + step);
     i->work.has_ended = result < 0;
     return result > 0 ? OK : result < 0 ? DISCARD : ERROR;
 }

@@ -9,12 +9,12 @@ enum { OK, WARNING, DISCARD, ERROR, FATAL };
 typedef void (*Logger)(void *, int, const char *, const char *);
 typedef unsigned int Reference;
 
-static int status(int is_fine)
+static int fmu_status(int is_fine)
 {
     return is_fine ? OK : ERROR;
 }
 
-static void log_error(Instance *i, const char *text)
+static void fmu_log_error(Instance *i, const char *text)
 {
     ((Logger)i->logger)(i->environment, ERROR, "error", text);
 }
@@ -30,9 +30,9 @@ EXPORT int fmi3SetDebugLogging(void *instance, bool on, size_t n, const char *co
     return OK;
 }
 
-static void *instantiate(const char *name, const char *token, void *environment, Logger logger, int is_co_simulation)
+static void *fmu_instantiate(const char *name, const char *token, void *environment, Logger logger, int is_co_simulation)
 {
-    Instance *i = new_instance(name, token, TOKEN);
+    Instance *i = fmu_new_instance(name, token, TOKEN);
     if (!i) {
         if (logger)
             logger(environment, ERROR, "error", "The instantiation token is not that of this FMU.");
@@ -41,7 +41,7 @@ static void *instantiate(const char *name, const char *token, void *environment,
     i->is_co_simulation = is_co_simulation;
     i->environment = environment;
     i->logger = (void *)logger;
-    i->log = logger ? log_error : 0;
+    i->log = logger ? fmu_log_error : 0;
     return i;
 }
 
@@ -49,7 +49,7 @@ EXPORT void *fmi3InstantiateModelExchange(const char *name, const char *token, c
                                           bool logging, void *environment, Logger logger)
 {
     (void)resources, (void)visible, (void)logging;
-    return instantiate(name, token, environment, logger, 0);
+    return fmu_instantiate(name, token, environment, logger, 0);
 }
 
 EXPORT void *fmi3InstantiateCoSimulation(const char *name, const char *token, const char *resources, bool visible,
@@ -59,7 +59,7 @@ EXPORT void *fmi3InstantiateCoSimulation(const char *name, const char *token, co
 {
     (void)resources, (void)visible, (void)logging, (void)event_mode, (void)early_return, (void)intermediate;
     (void)n_intermediate, (void)update;
-    return instantiate(name, token, environment, logger, 1);
+    return fmu_instantiate(name, token, environment, logger, 1);
 }
 
 EXPORT void *fmi3InstantiateScheduledExecution(const char *name, const char *token, const char *resources, bool visible,
@@ -82,18 +82,18 @@ EXPORT int fmi3EnterInitializationMode(void *instance, bool has_tolerance, doubl
 {
     Instance *i = instance;
     (void)has_stop, (void)stop;
-    begin_initialisation(i, start, has_tolerance ? tolerance : 0.0);
+    fmu_begin_initialisation(i, start, has_tolerance ? tolerance : 0.0);
     return OK;
 }
 
 EXPORT int fmi3ExitInitializationMode(void *instance)
 {
     Instance *i = instance;
-    if (!end_initialisation(i))
+    if (!fmu_end_initialisation(i))
         return ERROR;
     if (i->is_co_simulation) {
         i->state.phase = STEPS;
-        return status(do_events(i) >= 0);
+        return fmu_status(fmu_do_events(i) >= 0);
     }
     return OK;
 }
@@ -112,7 +112,7 @@ EXPORT int fmi3Terminate(void *instance)
 
 EXPORT int fmi3Reset(void *instance)
 {
-    begin(instance);
+    fmu_begin(instance);
     return OK;
 }
 
@@ -121,16 +121,16 @@ EXPORT int fmi3Reset(void *instance)
 EXPORT int fmi3GetFloat64(void *instance, const Reference references[], size_t n, double values[], size_t n_values)
 {
     for (size_t k = 0; k < n; k++)
-        if (n != n_values || !get_value(instance, references[k], &values[k]))
-            return status(report(instance, "A value is asked of a variable that does not exist."));
+        if (n != n_values || !fmu_get_value(instance, references[k], &values[k]))
+            return fmu_status(fmu_report(instance, "A value is asked of a variable that does not exist."));
     return OK;
 }
 
 EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n, const double values[], size_t n_values)
 {
     for (size_t k = 0; k < n; k++)
-        if (n != n_values || !set_value(instance, references[k], values[k]))
-            return status(report(instance, CANNOT_SET));
+        if (n != n_values || !fmu_set_value(instance, references[k], values[k]))
+            return fmu_status(fmu_report(instance, CANNOT_SET));
     return OK;
 }
 
@@ -138,12 +138,12 @@ EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n
     EXPORT int fmi3Get##name(void *instance, const Reference references[], size_t n, type values[], size_t n_values)  \
     {                                                                                                                 \
         (void)instance, (void)references, (void)values, (void)n_values;                                               \
-        return status(n == 0);                                                                                        \
+        return fmu_status(n == 0);                                                                                        \
     }                                                                                                                 \
     EXPORT int fmi3Set##name(void *instance, const Reference references[], size_t n, const type values[], size_t n_values) \
     {                                                                                                                 \
         (void)instance, (void)references, (void)values, (void)n_values;                                               \
-        return status(n == 0);                                                                                        \
+        return fmu_status(n == 0);                                                                                        \
     }
 
 OTHER_TYPE(Float32, float)
@@ -163,51 +163,51 @@ EXPORT int fmi3GetBinary(void *instance, const Reference references[], size_t n,
                          const uint8_t *values[], size_t n_values)
 {
     (void)instance, (void)references, (void)sizes, (void)values, (void)n_values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3SetBinary(void *instance, const Reference references[], size_t n, const size_t sizes[],
                          const uint8_t *const values[], size_t n_values)
 {
     (void)instance, (void)references, (void)sizes, (void)values, (void)n_values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3GetClock(void *instance, const Reference references[], size_t n, bool values[])
 {
     (void)instance, (void)references, (void)values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3SetClock(void *instance, const Reference references[], size_t n, const bool values[])
 {
     (void)instance, (void)references, (void)values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3GetNumberOfVariableDependencies(void *instance, Reference reference, size_t *n)
 {
     (void)reference, (void)n;
-    return status(report(instance, "The dependencies of variables are those of the model description."));
+    return fmu_status(fmu_report(instance, "The dependencies of variables are those of the model description."));
 }
 
 EXPORT int fmi3GetVariableDependencies(void *instance, Reference dependent, size_t elements[], Reference independents[],
                                        size_t others[], int kinds[], size_t n)
 {
     (void)dependent, (void)elements, (void)independents, (void)others, (void)kinds, (void)n;
-    return status(report(instance, "The dependencies of variables are those of the model description."));
+    return fmu_status(fmu_report(instance, "The dependencies of variables are those of the model description."));
 }
 
 /* Copies of the state. */
 
 EXPORT int fmi3GetFMUState(void *instance, void **copy)
 {
-    return status(copy_state(instance, copy));
+    return fmu_status(fmu_copy_state(instance, copy));
 }
 
 EXPORT int fmi3SetFMUState(void *instance, void *copy)
 {
-    return status(restore_state(instance, copy));
+    return fmu_status(fmu_restore_state(instance, copy));
 }
 
 EXPORT int fmi3FreeFMUState(void *instance, void **copy)
@@ -238,7 +238,7 @@ EXPORT int fmi3SerializeFMUState(void *instance, void *copy, uint8_t bytes[], si
 
 EXPORT int fmi3DeserializeFMUState(void *instance, const uint8_t bytes[], size_t size, void **copy)
 {
-    if (size != sizeof(State) || !copy_state(instance, copy))
+    if (size != sizeof(State) || !fmu_copy_state(instance, copy))
         return ERROR;
     memcpy(*copy, bytes, size);
     return OK;
@@ -252,7 +252,7 @@ EXPORT int fmi3GetDirectionalDerivative(void *instance, const Reference unknowns
 {
     if (n_seeds != n_knowns || n_found != n_unknowns)
         return ERROR;
-    return status(directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
+    return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
 EXPORT int fmi3GetAdjointDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
@@ -261,26 +261,26 @@ EXPORT int fmi3GetAdjointDerivative(void *instance, const Reference unknowns[], 
 {
     if (n_seeds != n_unknowns || n_found != n_knowns)
         return ERROR;
-    return status(adjoint(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
+    return fmu_status(fmu_adjoint(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
 /* Configuration and clocks, which this FMU does not have. */
 
 EXPORT int fmi3EnterConfigurationMode(void *instance)
 {
-    return status(report(instance, "This FMU has no structural parameters."));
+    return fmu_status(fmu_report(instance, "This FMU has no structural parameters."));
 }
 
 EXPORT int fmi3ExitConfigurationMode(void *instance)
 {
-    return status(report(instance, "This FMU has no structural parameters."));
+    return fmu_status(fmu_report(instance, "This FMU has no structural parameters."));
 }
 
 #define OF_CLOCKS(name, first, second)                                                                                \
     EXPORT int fmi3##name(void *instance, const Reference references[], size_t n, first, second)                      \
     {                                                                                                                 \
         (void)instance, (void)references, (void)a, (void)b;                                                           \
-        return status(n == 0);                                                                                        \
+        return fmu_status(n == 0);                                                                                        \
     }
 
 OF_CLOCKS(GetIntervalDecimal, double a[], int b[])
@@ -292,31 +292,31 @@ EXPORT int fmi3GetIntervalFraction(void *instance, const Reference references[],
                                    uint64_t resolutions[], int qualifiers[])
 {
     (void)instance, (void)references, (void)counters, (void)resolutions, (void)qualifiers;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3GetShiftDecimal(void *instance, const Reference references[], size_t n, double shifts[])
 {
     (void)instance, (void)references, (void)shifts;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3SetIntervalDecimal(void *instance, const Reference references[], size_t n, const double intervals[])
 {
     (void)instance, (void)references, (void)intervals;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3SetShiftDecimal(void *instance, const Reference references[], size_t n, const double shifts[])
 {
     (void)instance, (void)references, (void)shifts;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3ActivateModelPartition(void *instance, Reference clock, double time)
 {
     (void)clock, (void)time;
-    return status(report(instance, "This FMU has no scheduled execution."));
+    return fmu_status(fmu_report(instance, "This FMU has no scheduled execution."));
 }
 
 EXPORT int fmi3EvaluateDiscreteStates(void *instance)
@@ -330,11 +330,11 @@ EXPORT int fmi3EvaluateDiscreteStates(void *instance)
 EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *states, bool *has_next,
                                     double *next)
 {
-    const int changed = do_events(instance);
+    const int changed = fmu_do_events(instance);
     *again = *nominals = false;
     *ends = changed < 0;
     *states = changed > 0;
-    *next = next_event(instance);
+    *next = fmu_next_event(instance);
     *has_next = isfinite(*next);
     return OK;
 }
@@ -348,14 +348,14 @@ EXPORT int fmi3EnterContinuousTimeMode(void *instance)
 EXPORT int fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *enters_events, bool *ends)
 {
     (void)no_return;
-    end_step(instance);
+    fmu_end_step(instance);
     *enters_events = *ends = false;
     return OK;
 }
 
 EXPORT int fmi3SetTime(void *instance, double time)
 {
-    set_time(instance, time);
+    fmu_set_time(instance, time);
     return OK;
 }
 
@@ -363,20 +363,20 @@ EXPORT int fmi3SetContinuousStates(void *instance, const double states[], size_t
 {
     if (n != N_OWN)
         return ERROR;
-    set_states(instance, states);
+    fmu_set_states(instance, states);
     return OK;
 }
 
 EXPORT int fmi3GetContinuousStateDerivatives(void *instance, double rates[], size_t n)
 {
-    return n != N_OWN ? ERROR : rates_of(instance, rates) ? OK : DISCARD;
+    return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
 }
 
 EXPORT int fmi3GetEventIndicators(void *instance, double z[], size_t n)
 {
     if (n != N_INDICATORS)
         return ERROR;
-    indicators(instance, z);
+    fmu_indicators(instance, z);
     return OK;
 }
 
@@ -384,7 +384,7 @@ EXPORT int fmi3GetContinuousStates(void *instance, double states[], size_t n)
 {
     if (n != N_OWN)
         return ERROR;
-    get_states(instance, states);
+    fmu_get_states(instance, states);
     return OK;
 }
 
@@ -394,7 +394,7 @@ EXPORT int fmi3GetNominalsOfContinuousStates(void *instance, double nominals[], 
     if (n != N_OWN)
         return ERROR;
     for (size_t k = 0; k < N_OWN; k++)
-        nominals[k] = nominal[own_state[k]];
+        nominals[k] = fmu_nominal[fmu_own_state[k]];
     return OK;
 }
 
@@ -424,7 +424,7 @@ EXPORT int fmi3GetOutputDerivatives(void *instance, const Reference references[]
                                     double values[], size_t n_values)
 {
     (void)instance, (void)references, (void)orders, (void)values, (void)n_values;
-    return status(n == 0);
+    return fmu_status(n == 0);
 }
 
 EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_return, bool *has_event, bool *ends, bool *early,
@@ -432,9 +432,9 @@ EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_return, 
 {
     Instance *i = instance;
     (void)no_return;
-    const int result = advance(i, time + step);
+    const int result = fmu_advance(i, time + step);
     *has_event = *early = false;
     *ends = result < 0;
     *last = i->state.model.t;
-    return status(result != 0);
+    return fmu_status(result != 0);
 }

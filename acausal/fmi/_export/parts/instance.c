@@ -29,14 +29,14 @@ struct Instance {
     Work work;
 };
 
-static void begin(Instance *i)
+static void fmu_begin(Instance *i)
 {
     memset(&i->state, 0, sizeof(State));
     MODEL_start(&i->state.model);
     i->tolerance = 1e-6;
 }
 
-static void evaluate(Instance *i)
+static void fmu_evaluate(Instance *i)
 {
     if (!i->state.is_evaluated)
         MODEL_evaluate(&i->state.model);
@@ -45,12 +45,12 @@ static void evaluate(Instance *i)
 
 /* The event indicators: relations of the model, shifted by a band, so that an importer that stops just after a sign
    change finds the relation changed. */
-static void indicators(Instance *i, double *z)
+static void fmu_indicators(Instance *i, double *z)
 {
     (void)z;
 #ifdef HAS_EVENTS
     MODEL *m = &i->state.model;
-    evaluate(i);
+    fmu_evaluate(i);
     MODEL_indicators(m, z);
     for (int k = 0; k < N_INDICATORS; k++)
         z[k] += m->truths[k] ? band[k] : -band[k];
@@ -59,14 +59,14 @@ static void indicators(Instance *i, double *z)
 #endif
 }
 
-static double indicator_of(Instance *i, int place)
+static double fmu_indicator_of(Instance *i, int place)
 {
     double z[N_INDICATORS + 1] = {0.0};
-    indicators(i, z);
+    fmu_indicators(i, z);
     return z[place];
 }
 
-static int report(Instance *i, const char *text)
+static int fmu_report(Instance *i, const char *text)
 {
     if (i->log && text)
         i->log(i, text);
@@ -74,40 +74,40 @@ static int report(Instance *i, const char *text)
 }
 
 /* The value of a variable. Returns 0 if there is no such variable. */
-static int get_value(Instance *i, unsigned int reference, double *value)
+static int fmu_get_value(Instance *i, unsigned int reference, double *value)
 {
     MODEL *m = &i->state.model;
     if (reference >= N_VARIABLES)
         return 0;
-    const int place = place_of[reference];
-    switch (space_of[reference]) {
+    const int place = fmu_place_of[reference];
+    switch (fmu_space_of[reference]) {
     case 't': *value = m->t; break;
     case 'x': *value = m->x[place]; break;
     case 'p': *value = m->p[place]; break;
     case 'd': *value = m->d[place]; break;
-    case 'v': evaluate(i); *value = m->v[place]; break;
-    case 'z': *value = indicator_of(i, place); break;
+    case 'v': fmu_evaluate(i); *value = m->v[place]; break;
+    case 'z': *value = fmu_indicator_of(i, place); break;
     default: *value = 0.0;
     }
-    *value *= sign_of[reference];
+    *value *= fmu_sign_of[reference];
     return 1;
 }
 
 /* Sets an input, a state or a parameter. Returns 0 for any other variable. */
-static int set_value(Instance *i, unsigned int reference, double value)
+static int fmu_set_value(Instance *i, unsigned int reference, double value)
 {
     MODEL *m = &i->state.model;
-    if (reference >= N_VARIABLES || !is_settable[reference])
+    if (reference >= N_VARIABLES || !fmu_is_settable[reference])
         return 0;
-    double *target = space_of[reference] == 'x' ? m->x : space_of[reference] == 'p' ? m->p : m->d;
-    target[place_of[reference]] = value;
+    double *target = fmu_space_of[reference] == 'x' ? m->x : fmu_space_of[reference] == 'p' ? m->p : m->d;
+    target[fmu_place_of[reference]] = value;
     i->state.is_evaluated = 0;
     return 1;
 }
 
 /* The events at the present time. Returns 1 if they changed states or discrete variables, 0 if not, -1 if they end the
    run. */
-static int do_events(Instance *i)
+static int fmu_do_events(Instance *i)
 {
 #ifdef HAS_EVENTS
     MODEL *m = &i->state.model;
@@ -116,7 +116,7 @@ static int do_events(Instance *i)
     const int changed = is_first ? MODEL_initialise(m) : MODEL_events(m);
     i->state.is_evaluated = 0;
     if (changed < 0)
-        report(i, m->refused ? m->refused : "The events at an instant have no end.");
+        fmu_report(i, m->refused ? m->refused : "The events at an instant have no end.");
     return changed;
 #else
     i->state.has_begun = 1;
@@ -124,7 +124,7 @@ static int do_events(Instance *i)
 #endif
 }
 
-static double next_event(const Instance *i)
+static double fmu_next_event(const Instance *i)
 {
 #ifdef HAS_EVENTS
     return MODEL_next_time(&i->state.model);
@@ -135,30 +135,30 @@ static double next_event(const Instance *i)
 }
 
 /* The rates of the states of the FMU. Returns 0 if one of them is not finite. */
-static int rates_of(Instance *i, double *rates)
+static int fmu_rates_of(Instance *i, double *rates)
 {
     int is_finite = 1;
-    evaluate(i);
+    fmu_evaluate(i);
     for (int k = 0; k < N_OWN; k++) {
-        rates[k] = i->state.model.v[rate_place[k]];
+        rates[k] = i->state.model.v[fmu_rate_place[k]];
         is_finite = is_finite && isfinite(rates[k]);
     }
     return is_finite;
 }
 
 /* Writes to dv the derivatives along a direction of states, inputs and the time. */
-static void along(Instance *i, double dt, const double *dx)
+static void fmu_along(Instance *i, double dt, const double *dx)
 {
-    evaluate(i);
+    fmu_evaluate(i);
     MODEL_along_all(&i->state.model, dt, dx);
 }
 
 /* The derivative of a variable along the last direction; dt and dx are that direction. */
-static double derivative_of(Instance *i, unsigned int reference, double dt, const double *dx)
+static double fmu_derivative_of(Instance *i, unsigned int reference, double dt, const double *dx)
 {
-    const int place = place_of[reference];
+    const int place = fmu_place_of[reference];
     double value = 0.0;
-    switch (space_of[reference]) {
+    switch (fmu_space_of[reference]) {
     case 't': value = dt; break;
     case 'x': value = dx[place]; break;
     case 'v': value = i->state.model.dv[place]; break;
@@ -171,34 +171,34 @@ static double derivative_of(Instance *i, unsigned int reference, double dt, cons
     }
 #endif
     }
-    return sign_of[reference] * value;
+    return fmu_sign_of[reference] * value;
 }
 
 /* Derivatives of variables along the direction in which the known ones change by the seeds. Returns 0 for a variable
    that is no state, input or the time. */
-static int directional(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+static int fmu_directional(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
                        size_t n_knowns, const double *seeds, double *found)
 {
     double dt = 0.0, dx[N_ALL + 1] = {0.0};
     for (size_t k = 0; k < n_knowns; k++) {
-        if (knowns[k] >= N_VARIABLES || (space_of[knowns[k]] != 'x' && space_of[knowns[k]] != 't'))
-            return report(i, "Derivatives are with respect to states, inputs and the time.");
-        if (space_of[knowns[k]] == 't')
+        if (knowns[k] >= N_VARIABLES || (fmu_space_of[knowns[k]] != 'x' && fmu_space_of[knowns[k]] != 't'))
+            return fmu_report(i, "Derivatives are with respect to states, inputs and the time.");
+        if (fmu_space_of[knowns[k]] == 't')
             dt += seeds[k];
         else
-            dx[place_of[knowns[k]]] += sign_of[knowns[k]] * seeds[k];
+            dx[fmu_place_of[knowns[k]]] += fmu_sign_of[knowns[k]] * seeds[k];
     }
-    along(i, dt, dx);
+    fmu_along(i, dt, dx);
     for (size_t k = 0; k < n_unknowns; k++) {
         if (unknowns[k] >= N_VARIABLES)
-            return report(i, "A derivative is asked of a variable that does not exist.");
-        found[k] = derivative_of(i, unknowns[k], dt, dx);
+            return fmu_report(i, "A derivative is asked of a variable that does not exist.");
+        found[k] = fmu_derivative_of(i, unknowns[k], dt, dx);
     }
     return 1;
 }
 
 /* The product of seeds of unknowns with the derivatives by the known variables. */
-static int adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+static int fmu_adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
                    size_t n_knowns, const double *seeds, double *found)
 {
     for (size_t j = 0; j < n_knowns; j++) {
@@ -206,7 +206,7 @@ static int adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns,
         double column;
         found[j] = 0.0;
         for (size_t k = 0; k < n_unknowns; k++) {
-            if (!directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
+            if (!fmu_directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
                 return 0;
             found[j] += seeds[k] * column;
         }
@@ -214,7 +214,7 @@ static int adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns,
     return 1;
 }
 
-static Instance *new_instance(const char *name, const char *token, const char *own_token)
+static Instance *fmu_new_instance(const char *name, const char *token, const char *own_token)
 {
     if (!token || strcmp(token, own_token))
         return 0;
@@ -222,23 +222,23 @@ static Instance *new_instance(const char *name, const char *token, const char *o
     if (!i)
         return 0;
     strncpy(i->name, name ? name : "", sizeof(i->name) - 1);
-    begin(i);
+    fmu_begin(i);
     return i;
 }
 
 /* The end of initialisation: the requirements on parameters hold, or the run cannot start. */
-static int end_initialisation(Instance *i)
+static int fmu_end_initialisation(Instance *i)
 {
     const char *violation = MODEL_violation(&i->state.model);
     if (violation)
-        return report(i, violation);
+        return fmu_report(i, violation);
     i->state.is_evaluated = 0;
     i->state.phase = EVENTS;
     return 1;
 }
 
 /* The start of initialisation; the tolerance is 0 if the importer gives none. */
-static void begin_initialisation(Instance *i, double start, double tolerance)
+static void fmu_begin_initialisation(Instance *i, double start, double tolerance)
 {
     if (tolerance > 0.0)
         i->tolerance = tolerance;
@@ -247,34 +247,34 @@ static void begin_initialisation(Instance *i, double start, double tolerance)
     i->state.phase = INITIALISATION;
 }
 
-static void set_time(Instance *i, double time)
+static void fmu_set_time(Instance *i, double time)
 {
     i->state.model.t = time;
     i->state.is_evaluated = 0;
 }
 
-static void set_states(Instance *i, const double *states)
+static void fmu_set_states(Instance *i, const double *states)
 {
     for (int k = 0; k < N_OWN; k++)
-        i->state.model.x[own_state[k]] = states[k];
+        i->state.model.x[fmu_own_state[k]] = states[k];
     i->state.is_evaluated = 0;
 }
 
-static void get_states(const Instance *i, double *states)
+static void fmu_get_states(const Instance *i, double *states)
 {
     for (int k = 0; k < N_OWN; k++)
-        states[k] = i->state.model.x[own_state[k]];
+        states[k] = i->state.model.x[fmu_own_state[k]];
 }
 
 /* The solutions of nonlinear equations become the guesses of the next step. */
-static void end_step(Instance *i)
+static void fmu_end_step(Instance *i)
 {
-    evaluate(i);
+    fmu_evaluate(i);
     remember(&i->state.model);
 }
 
 /* Copies the state; allocates the copy if there is none. */
-static int copy_state(const Instance *i, void **copy)
+static int fmu_copy_state(const Instance *i, void **copy)
 {
     if (!*copy)
         *copy = malloc(sizeof(State));
@@ -284,7 +284,7 @@ static int copy_state(const Instance *i, void **copy)
     return 1;
 }
 
-static int restore_state(Instance *i, const void *copy)
+static int fmu_restore_state(Instance *i, const void *copy)
 {
     if (!copy)
         return 0;

@@ -3,20 +3,20 @@
 #define MOST_REJECTED 1000
 
 /* The matrix of a step, I / (gamma h) - J, in factors: columns of J without a common row are computed together. */
-static int factorise(Instance *i, double h)
+static int fmu_factorise(Instance *i, double h)
 {
     Work *w = &i->work;
     MODEL *m = &i->state.model;
     double direction[N_ALL + 1] = {0.0};
     for (int k = 0; k < N_ALL * N_ALL; k++)
-        w->matrix[k] = k % (N_ALL + 1) ? 0.0 : 1.0 / (gamma_ * h);
+        w->matrix[k] = k % (N_ALL + 1) ? 0.0 : 1.0 / (fmu_gamma * h);
     for (int c = 0; c < N_COLOURS; c++) {
         for (int k = 0; k < N_ALL; k++)
-            direction[k] = colour[k] == c;
+            direction[k] = fmu_colour[k] == c;
         MODEL_along(m, 0.0, direction, w->slopes);
         for (int e = 0; e < N_ENTRIES; e++)
-            if (colour[column_of[e]] == c)
-                w->matrix[N_ALL * row_of[e] + column_of[e]] -= w->slopes[row_of[e]];
+            if (fmu_colour[fmu_column_of[e]] == c)
+                w->matrix[N_ALL * fmu_row_of[e] + fmu_column_of[e]] -= w->slopes[fmu_row_of[e]];
     }
     for (int k = 0; k < N_ALL; k++)
         direction[k] = 0.0;
@@ -44,7 +44,7 @@ static int factorise(Instance *i, double h)
     return 1;
 }
 
-static void solve_step(const Work *w, double *b)
+static void fmu_solve_step(const Work *w, double *b)
 {
     for (int k = 0; k < N_ALL; k++) {
         const double held = b[k];
@@ -62,36 +62,36 @@ static void solve_step(const Work *w, double *b)
 }
 
 /* A step from the time and states of the model: y1, the stages, and the error relative to the tolerance. */
-static double attempt(Instance *i, double t, double h)
+static double fmu_attempt(Instance *i, double t, double h)
 {
     Work *w = &i->work;
     MODEL *m = &i->state.model;
     MODEL_rates(m, w->stages[0]);
-    if (!factorise(i, h))
+    if (!fmu_factorise(i, h))
         return INFINITY;
     for (int s = 0; s < STAGES; s++) {
         double *u = w->stages[s];
         for (int k = 0; k < N_ALL; k++) {
             double x = w->y0[k];
             for (int j = 0; j < s; j++)
-                x += stage_a[s][j] * w->stages[j][k];
+                x += fmu_stage_a[s][j] * w->stages[j][k];
             m->x[k] = x;
         }
-        m->t = t + stage_time[s] * h;
+        m->t = t + fmu_stage_time[s] * h;
         MODEL_rates(m, u);
         for (int k = 0; k < N_ALL; k++) {
             double memory = 0.0;
             for (int j = 0; j < s; j++)
-                memory += stage_c[s][j] * w->stages[j][k];
-            u[k] += memory / h + h * stage_slope[s] * w->by_time[k];
+                memory += fmu_stage_c[s][j] * w->stages[j][k];
+            u[k] += memory / h + h * fmu_stage_slope[s] * w->by_time[k];
         }
-        solve_step(w, u);
+        fmu_solve_step(w, u);
     }
     double sum = 0.0;
     for (int k = 0; k < N_ALL; k++) {
         w->y1[k] = m->x[k] + w->stages[STAGES - 1][k];
         const double size = fmax(fabs(w->y0[k]), fabs(w->y1[k]));
-        const double error = w->stages[STAGES - 1][k] / (i->tolerance * (nominal[k] + size));
+        const double error = w->stages[STAGES - 1][k] / (i->tolerance * (fmu_nominal[k] + size));
         sum += error * error;
     }
     const double norm = sqrt(sum / (N_ALL ? N_ALL : 1));
@@ -99,7 +99,7 @@ static double attempt(Instance *i, double t, double h)
 }
 
 /* Sets the model to a place in the last step, from 0 to 1. */
-static void go_to(Instance *i, double t, double h, double theta)
+static void fmu_go_to(Instance *i, double t, double h, double theta)
 {
     const Work *w = &i->work;
     MODEL *m = &i->state.model;
@@ -109,7 +109,7 @@ static void go_to(Instance *i, double t, double h, double theta)
         for (int p = DENSE - 1; p >= 0; p--) {
             double row = 0.0;
             for (int s = 0; s < STAGES; s++)
-                row += dense[p][s] * w->stages[s][k];
+                row += fmu_dense[p][s] * w->stages[s][k];
             bend = bend * theta + row;
         }
         m->x[k] = theta < 1.0 ? (1.0 - theta) * w->y0[k] + theta * (w->y1[k] + (1.0 - theta) * bend) : w->y1[k];
@@ -118,11 +118,11 @@ static void go_to(Instance *i, double t, double h, double theta)
 }
 
 /* Whether a relation of the model has changed since the last event. */
-static int has_changed(Instance *i)
+static int fmu_has_changed(Instance *i)
 {
 #ifdef HAS_EVENTS
     double z[N_INDICATORS + 1];
-    indicators(i, z);
+    fmu_indicators(i, z);
     for (int k = 0; k < N_INDICATORS; k++)
         if (i->state.model.truths[k] ? z[k] < 0.0 : z[k] > 0.0)
             return 1;
@@ -133,7 +133,7 @@ static int has_changed(Instance *i)
 }
 
 /* One step, at most to the time `to`: it ends where a relation changes. Returns 0 if there is no step. */
-static int take_step(Instance *i, double to)
+static int fmu_take_step(Instance *i, double to)
 {
     MODEL *m = &i->state.model;
     const double t = m->t, room = to - t;
@@ -143,23 +143,23 @@ static int take_step(Instance *i, double to)
         h = fmin(h, room);
         m->t = t;
         memcpy(m->x, i->work.y0, N_ALL * sizeof(double));
-        const double error = N_OWN ? attempt(i, t, h) : (go_to(i, t, h, 1.0), 0.0);
+        const double error = N_OWN ? fmu_attempt(i, t, h) : (fmu_go_to(i, t, h, 1.0), 0.0);
         const double factor = fmin(5.0, fmax(0.2, 0.9 * pow(fmax(error, 1e-10), -0.2)));
         if (error <= 1.0) {
             i->state.size = h < room || factor < 1.0 ? factor * h : fmax(i->state.size, h);
-            go_to(i, t, h, 1.0);
+            fmu_go_to(i, t, h, 1.0);
             m->t = h < room ? m->t : to;
-            if (has_changed(i)) {
+            if (fmu_has_changed(i)) {
                 double low = 0.0, high = 1.0;
                 while ((high - low) * h > 4e-16 * fabs(t) && high - low > 1e-15) {
                     const double middle = 0.5 * (low + high);
-                    go_to(i, t, h, middle);
-                    if (has_changed(i))
+                    fmu_go_to(i, t, h, middle);
+                    if (fmu_has_changed(i))
                         high = middle;
                     else
                         low = middle;
                 }
-                go_to(i, t, h, high);
+                fmu_go_to(i, t, h, high);
                 i->work.has_event = 1;
             }
             remember(m);
@@ -169,20 +169,20 @@ static int take_step(Instance *i, double to)
         if (!(h > SMALLEST * fmax(fabs(t), 1e-3)))
             break;
     }
-    return report(i, "The step size of co-simulation has become too small.");
+    return fmu_report(i, "The step size of co-simulation has become too small.");
 }
 
 /* Integrate to a time, with all events. Returns 1, 0 for a failure, or -1 if an event ends the run. */
-static int advance(Instance *i, double to)
+static int fmu_advance(Instance *i, double to)
 {
     MODEL *m = &i->state.model;
     while (m->t < to) {
-        const double due = next_event(i), end = fmin(to, due);
+        const double due = fmu_next_event(i), end = fmin(to, due);
         i->work.has_event = 0;
-        if (end > m->t && !take_step(i, end))
+        if (end > m->t && !fmu_take_step(i, end))
             return 0;
         if (i->work.has_event || m->t >= due)
-            if (do_events(i) < 0)
+            if (fmu_do_events(i) < 0)
                 return -1;
     }
     return 1;
