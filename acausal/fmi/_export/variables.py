@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from typing import Literal
 
 from ..._errors import ModelError
+from ..._units.dimension import TIME
+from ..._units.parsing import parsed
 from ...codegen.layout import Quantity
 from ...codegen.model import CModel, Output
 
@@ -59,7 +61,7 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
         found.append(FmuVariable(name, causality, "continuous", unit, "x", place, start=value))
     for state, place in zip(list(states), places, strict=True):
         own = found[state]
-        unit = f"{own.unit}/s" if own.unit else ""
+        unit = _per_second(own.unit)
         rates.append(len(found))
         where = int(model.rate_places[place])
         found.append(FmuVariable(f"der({own.name})", "local", "continuous", unit, "v", where, derivative_of=state))
@@ -86,6 +88,13 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
     found += [FmuVariable(f"event_indicator[{i}]", "local", "continuous", "", "z", i) for i in range(n_indicators)]
     _check_names(found)
     return Variables(found, states, rates, outputs, indicators, places, list(held))
+
+
+def _per_second(unit: str) -> str:
+    """The unit of a rate."""
+    if "/" not in unit:
+        return f"{unit}/s" if unit else ""
+    return str(parsed(unit).dimension / TIME)
 
 
 def _elements(quantities: Sequence[Quantity]) -> list[tuple[str, str, int, float]]:

@@ -1,0 +1,123 @@
+"""The command line: `python -m acausal.fmi --help`."""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .. import simulate
+from .._declare.component import Component
+from .._errors import AcausalError, ModelError
+from .._extras import needed
+from . import FMU, export_fmu
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except AcausalError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m acausal.fmi", description="Functional mock-up units.")
+    commands = parser.add_subparsers(required=True)
+    export = commands.add_parser("export", help="write a model as an FMU")
+    export.add_argument("model", help="module:name of a model or of a function that returns one")
+    export.add_argument("file", help="the FMU, such as press.fmu")
+    export.add_argument("--inputs", nargs="*", default=[], help="open signal inputs, such as motor.u")
+    export.add_argument("--outputs", nargs="*", help="variables to show; all that are not in ports by default")
+    export.add_argument("--version", choices=["2.0", "3.0"], default="3.0", help="version of FMI")
+    export.add_argument("--platforms", nargs="*", help="platforms such as x86_64-windows; this one by default")
+    export.set_defaults(run=_export)
+    check = commands.add_parser("check", help="validate an FMU and list its variables")
+    check.add_argument("file")
+    check.set_defaults(run=_check)
+    run = commands.add_parser("simulate", help="simulate an FMU without inputs")
+    run.add_argument("file")
+    run.add_argument("--stop", type=float, required=True, help="stop time in s")
+    run.add_argument("--step", type=float, help="communication step in s, for co-simulation")
+    run.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE", help="parameters and start values")
+    run.add_argument("--csv", help="write the outputs to a file")
+    run.add_argument("--plot", help="draw the outputs in a file")
+    run.set_defaults(run=_simulate)
+    return parser
+
+
+def _export(options: argparse.Namespace) -> int:
+    file = export_fmu(
+        _model(options.model),
+        options.file,
+        inputs=options.inputs,
+        outputs=options.outputs,
+        version=options.version,
+        platforms=options.platforms,
+    )
+    print(f"{file}: {file.stat().st_size / 1000:.0f} kB")
+    return 0
+
+
+def _model(text: str) -> Component:
+    module, _, name = text.partition(":")
+    try:
+        found: Any = getattr(importlib.import_module(module), name or "model")
+    except (ImportError, AttributeError) as error:
+        raise ModelError(f"{text!r} names no model: {error}. Write it as module:name.") from error
+    return found if isinstance(found, Component) else found()
+
+
+def _check(options: argparse.Namespace) -> int:
+    fmpy, validation = needed("fmpy", "fmi", "An FMU"), needed("fmpy.validation", "fmi", "An FMU")
+    if not Path(options.file).is_file():
+        raise ModelError(f"There is no file {options.file}.")
+    problems = validation.validate_fmu(options.file)
+    for problem in problems:
+        print(problem)
+    if not problems:
+        variables = fmpy.read_model_description(options.file).modelVariables
+        rows = [("variable", "causality", "unit", "start")]
+        rows += [(v.name, v.causality or "", v.unit or "", v.start or "") for v in variables]
+        widths = [max(len(row[k]) for row in rows) for k in range(4)]
+        for row in rows:
+            print("  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip())
+    print(f"{options.file}: {len(problems)} problems")
+    return 1 if problems else 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    given = dict(_setting(text) for text in options.set)
+    model = FMU(options.file, step=options.step, **given)
+    solution = simulate(model, options.stop)
+    names = [v.field for v in model._of.outputs if not v.sizes]
+    columns = {"time": np.asarray(solution.ts), **{name: _values(solution, name) for name in names}}
+    for name, values in columns.items():
+        print(f"{name:20} {values[-1]:g}")
+    if options.csv:
+        table = np.column_stack(list(columns.values()))
+        np.savetxt(options.csv, table, delimiter=",", header=",".join(columns), comments="")
+    if options.plot:
+        solution.plot(*(f"{name}.value" for name in names))[0].figure.savefig(options.plot)
+    return 0
+
+
+def _values(solution: Any, name: str) -> np.ndarray:
+    return np.asarray(getattr(solution, name).value)
+
+
+def _setting(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        return name, float(value)
+    except ValueError:
+        raise ModelError(f"{text!r} is not a setting: write NAME=VALUE, such as h=2.0.") from None
+
+
+if __name__ == "__main__":
+    sys.exit(main())

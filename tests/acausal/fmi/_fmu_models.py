@@ -1,0 +1,61 @@
+"""Models of the tests of FMUs."""
+
+from typing import Self
+
+from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, positive, when
+from components.blocks import Input, Output, Sine
+from components.rotational import Inertia, SignalSpeed
+
+
+class Bouncer(Component):
+    """A ball that rebounds from the floor with a share e of its speed."""
+
+    e: Param[Scalar, "1", positive]  # restitution
+    g: Param[Scalar, "m/s2", positive] = 9.81  # gravity
+    h: Var[Scalar, "m"] = 1.0  # height
+    v: Var[Scalar, "m/s"] = 0.0  # speed upwards
+    impacts: Discrete[Scalar, "1"] = 0.0  # so far
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.h, self.v), fall=eq(d.v, -self.g))
+
+    def events(self) -> Events:
+        return dict(impact=when(self.h < 0.0, v=-self.e * self.v, impacts=self.impacts + 1.0))
+
+
+class Forced(Component):
+    """A van der Pol oscillator with a force u and an output of its power."""
+
+    mu: Param[Scalar, "1", positive] = 1.0
+    x: Var[Scalar, "1"] = 2.0
+    v: Var[Scalar, "1/s"] = 0.0
+    u: Input = Input()
+    power: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        force = self.mu * (1.0 - self.x**2) * self.v - self.x + self.u.value
+        return dict(
+            speed=eq(d.x, self.v),
+            force=eq(d.v, force, check_units=False),
+            power=eq(self.power.value, self.u.value * self.v, check_units=False),
+        )
+
+
+class Driven(Component):
+    """An oscillator that a sine drives."""
+
+    source: Sine
+    oscillator: Component
+
+    def connections(self) -> Connections:
+        return (connect(self.source.y, self.oscillator.u),)
+
+
+class Turned(Component):
+    """A rotor whose speed is prescribed, so that its equations need the acceleration."""
+
+    source: SignalSpeed = SignalSpeed()
+    rotor: Inertia
+
+    def connections(self) -> Connections:
+        return (connect(self.source.flange, self.rotor.a),)

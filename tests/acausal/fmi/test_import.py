@@ -1,0 +1,175 @@
+"""FMUs as components: their runs, events and derivatives, and what is refused."""
+
+import pickle
+import re
+import zipfile
+from pathlib import Path
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import ArgumentError, ModelError, replace, simulate
+from acausal.fmi import FMU, export_fmu
+from components.blocks import Sine
+
+from _fmu_models import Bouncer, Driven, Forced
+
+pytest.importorskip("fmpy")
+
+
+@pytest.fixture(scope="module")
+def forced(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("fmu") / "forced.fmu"
+    return export_fmu(Forced(), file, inputs=["u"], outputs=["power.value"])
+
+
+@pytest.fixture(scope="module")
+def bouncer(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("fmu") / "bouncer.fmu"
+    return export_fmu(Bouncer(e=0.8), file, outputs=["h", "v", "impacts"])
+
+
+def without(file: Path, attribute: str) -> Path:
+    """The same FMU, which says that it does not have an ability."""
+    other = file.with_name(f"{file.stem}_{attribute}.fmu")
+    with zipfile.ZipFile(file) as source, zipfile.ZipFile(other, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                content = content.replace(f'{attribute}="true"'.encode(), f'{attribute}="false"'.encode())
+            target.writestr(name, content)
+    return other
+
+
+def sine(oscillator: object) -> Driven:
+    return Driven(source=Sine(amplitude=2.0, frequency=0.3), oscillator=oscillator)
+
+
+@pytest.mark.thorough
+def test_a_run_in_a_circuit_and_its_derivative_agree_with_the_model(forced: Path) -> None:
+    def last(model: Driven, amplitude: jax.Array) -> jax.Array:
+        final = simulate(replace(model, {"source.amplitude": amplitude}), 2.0, rtol=1e-10).final.oscillator
+        return final.x if isinstance(final, Forced) else jnp.asarray(final.x)
+
+    one, other = sine(Forced()), sine(FMU(forced))
+    (value, slope), (same, own) = (jax.jvp(lambda a, m=m: last(m, a), (2.0,), (1.0,)) for m in (one, other))
+    np.testing.assert_allclose([same, own], [value, slope], rtol=1e-9)
+
+
+@pytest.mark.thorough
+def test_reverse_mode_agrees_with_forward_mode(forced: Path) -> None:
+    model = sine(FMU(forced))
+
+    def last(amplitude: float) -> jax.Array:
+        return simulate(replace(model, {"source.amplitude": amplitude}), 0.5).final.oscillator.v
+
+    np.testing.assert_allclose(jax.grad(last)(2.0), jax.jvp(last, (2.0,), (1.0,))[1], rtol=1e-10)
+
+
+@pytest.mark.parametrize("is_copied", [True, False])
+def test_events_happen_as_in_the_model(bouncer: Path, is_copied: bool) -> None:
+    file = bouncer if is_copied else without(bouncer, "canGetAndSetFMUState")
+    found, own = simulate(FMU(file, h=2.0), 2.0, rtol=1e-9), simulate(Bouncer(e=0.8, h=2.0), 2.0, rtol=1e-9)
+    # The relation h < 0 of the FMU changes twice at each impact.
+    np.testing.assert_allclose(found.events.times[::2], own.events.times, atol=1e-9)
+    np.testing.assert_allclose(found.final.h.value, own.final.h, atol=1e-8)
+    assert found.final.impacts.value == own.final.impacts > 0
+
+
+def test_samples_of_co_simulation(bouncer: Path) -> None:
+    run = simulate(FMU(bouncer, step=0.1), 0.95, rtol=1e-9)
+    exact = simulate(Bouncer(e=0.8), 0.9, rtol=1e-9)
+    np.testing.assert_allclose(run.final.h.value, exact.final.h, atol=1e-6)
+
+
+def test_a_step_takes_the_inputs_of_the_sample_before(forced: Path) -> None:
+    """The power u v at a sample is that of the present input only once the next step begins."""
+    model = sine(FMU(forced, step=0.25))
+    run = simulate(model, 0.6)
+    held = np.asarray(run.final.oscillator.held)
+    np.testing.assert_allclose(held, 2.0 * np.sin(2.0 * np.pi * 0.3 * 0.5), rtol=1e-9)
+
+
+@pytest.mark.thorough
+def test_parameters_have_derivatives_by_differences_only(forced: Path) -> None:
+    def last(model: object, mu: float) -> jax.Array:
+        return simulate(replace(sine(model), {"oscillator.mu": mu}), 1.0, rtol=1e-9).final.oscillator.x
+
+    with pytest.raises(ModelError, match=r"forced.fmu gives no derivatives with respect to its parameters. Remedy"):
+        jax.jvp(lambda mu: last(FMU(forced), mu), (1.0,), (1.0,))
+    slope = jax.jvp(lambda mu: last(FMU(forced, differences=True), mu), (1.0,), (1.0,))[1]
+    exact = jax.jvp(lambda mu: last(Forced(), mu), (1.0,), (1.0,))[1]
+    np.testing.assert_allclose(slope, exact, rtol=1e-6)
+
+
+@pytest.mark.thorough
+def test_an_fmu_without_derivatives_needs_differences(forced: Path) -> None:
+    file = without(forced, "providesDirectionalDerivatives")
+    with pytest.raises(ModelError, match="gives no derivatives with respect to its states and inputs"):
+        simulate(sine(FMU(file)), 0.5)
+    found = simulate(sine(FMU(file, differences=True)), 0.5).final.oscillator.x
+    np.testing.assert_allclose(found, simulate(sine(Forced()), 0.5).final.oscillator.x, rtol=1e-6)
+
+
+@pytest.mark.thorough
+def test_a_gradient_through_a_reset_is_refused(bouncer: Path) -> None:
+    model = FMU(bouncer)
+    with pytest.raises(jax.errors.JaxRuntimeError, match="sets states at an event"):
+        jax.jvp(lambda h: simulate(replace(model, {"h.value": h}), 0.6).final.h.value, (1.0,), (1.0,))
+
+
+def test_co_simulation_has_no_derivatives(forced: Path) -> None:
+    model = sine(FMU(forced, step=0.1))
+    with pytest.raises(ModelError, match=r"is sampled, and co-simulation has no derivatives. Remedy"):
+        jax.jvp(lambda a: simulate(replace(model, {"source.amplitude": a}), 0.3).final.oscillator.held, (1.0,), (1.0,))
+
+
+def test_further_variables_can_be_shown(forced: Path) -> None:
+    model = FMU(forced, outputs=("der(v)",))
+    assert float(simulate(sine(model), 1e-9).final.oscillator.der_v.value) == pytest.approx(-2.0)
+
+
+def test_a_component_can_be_pickled_and_replaced(bouncer: Path) -> None:
+    model = pickle.loads(pickle.dumps(replace(FMU(bouncer), {"e": 0.5})))
+    assert model.e == 0.5
+    assert type(model) is type(FMU(bouncer))
+
+
+def test_names_are_attributes_and_collide_with_nothing(bouncer: Path, tmp_path: Path) -> None:
+    renamed = tmp_path / "renamed.fmu"
+    with zipfile.ZipFile(bouncer) as source, zipfile.ZipFile(renamed, "w") as target:
+        for name in source.namelist():
+            content = source.read(name)
+            if name == "modelDescription.xml":
+                content = re.sub(rb'name="g"', b'name="frame[1].equations"', content)
+                content = re.sub(rb'name="e"', b'name="events"', content)
+            target.writestr(name, content)
+    model = FMU(renamed)
+    assert (model.frame_1_equations, model.events_) == (9.81, 0.8)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [(None, "There is no file"), (b"text", "has no readable model description")],
+)
+def test_bad_files_are_refused(content: bytes | None, message: str, tmp_path: Path) -> None:
+    file = tmp_path / "bad.fmu"
+    if content is not None:
+        file.write_bytes(content)
+    with pytest.raises(ModelError, match=message):
+        FMU(file)
+
+
+def test_unknown_names_are_refused(bouncer: Path) -> None:
+    with pytest.raises(ArgumentError, match="takes no argument 'mass'"):
+        FMU(bouncer, mass=2.0)
+    with pytest.raises(ModelError, match="has no numeric variable mass"):
+        FMU(bouncer, outputs=("mass",))
+
+
+def test_a_library_for_another_machine_is_refused(tmp_path: Path) -> None:
+    file = export_fmu(Bouncer(e=0.8), tmp_path / "bouncer.fmu", platforms=[])
+    with pytest.raises(ModelError, match="cannot be loaded: .*binary must be for this operating system"):
+        FMU(file)
