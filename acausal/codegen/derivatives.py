@@ -11,7 +11,7 @@ from .._evaluate.groups import Group
 from .._jax_private import jaxpr_as_fun
 from .._reduce.jaxpr import slice_outputs, structs
 from .calls import Call, Solve, fill, operand
-from .functions import Function, function_of
+from .functions import CFunction, function_of
 from .layout import Places
 from .model import CModel
 from .programs import Direct, Implicit, Source
@@ -24,8 +24,8 @@ class ImplicitAlong:
     for a given change of the tearing variables, too.
     """
 
-    residual: Function
-    unknowns: Function
+    residual: CFunction
+    unknowns: CFunction
     n_moving: int
 
 
@@ -62,15 +62,21 @@ class MovedRoot:
 
 @dataclasses.dataclass(frozen=True)
 class Along:
-    """The functions and calls that compute the tangents of the values that the rates need."""
+    """The functions and calls that compute the tangents of the values that the rates need, and those of the rest."""
 
-    functions: list[Function]
+    functions: list[CFunction]
     calls: list[Call | MovedRoot]
+    rest: list[Call | MovedRoot]
+
+    @property
+    def has_roots(self) -> bool:
+        """Whether the implicit function theorem is needed."""
+        return any(isinstance(call, MovedRoot) for call in (*self.calls, *self.rest))
 
 
 def along(model: CModel, *, with_rest: bool = False) -> Along:
     """The tangents of the rates, or of all values, from those of the states and of the time."""
-    functions: dict[int, Function | ImplicitAlong] = {}
+    functions: dict[int, CFunction | ImplicitAlong] = {}
     calls: list[Call | MovedRoot] = []
     groups, evaluations = model.groups(model.system.rates), model.rates
     if with_rest:
@@ -79,17 +85,18 @@ def along(model: CModel, *, with_rest: bool = False) -> Along:
         code, source = model.code(group), model.source(group)
         if isinstance(code, Direct):
             own = functions.setdefault(id(code), _direct(source, code))
-            assert isinstance(own, Function)
+            assert isinstance(own, CFunction)
             calls.append(_call(model, group, code, own))
         else:
             both = functions.setdefault(id(code), _implicit(source, code))
             assert isinstance(both, ImplicitAlong)
             assert isinstance(evaluation, Solve)
             calls.append(_moved(model, group, evaluation, both))
-    found: list[Function] = []
+    found: list[CFunction] = []
     for item in functions.values():
-        found += [item] if isinstance(item, Function) else [item.residual, item.unknowns]
-    return Along(found, calls)
+        found += [item] if isinstance(item, CFunction) else [item.residual, item.unknowns]
+    n = len(model.rates)
+    return Along(found, calls[:n], calls[n:])
 
 
 def _moving(source: Source, reads: Sequence[int]) -> list[int]:
@@ -97,7 +104,7 @@ def _moving(source: Source, reads: Sequence[int]) -> list[int]:
     return [i for i in reads if i >= len(source.param_shapes)]
 
 
-def _direct(source: Source, code: Direct) -> Function:
+def _direct(source: Source, code: Direct) -> CFunction:
     closed, moving = code.closed, _moving(source, code.reads)
     n, places = len(code.reads), [code.reads.index(i) for i in moving]
 
@@ -119,7 +126,7 @@ def _direct(source: Source, code: Direct) -> Function:
     return dataclasses.replace(function, takes=used)
 
 
-def _call(model: CModel, group: Group, code: Direct, function: Function) -> Call:
+def _call(model: CModel, group: Group, code: Direct, function: CFunction) -> Call:
     operands = model.operands(group)
     every = [operands[i] for i in code.reads]
     every += [_tangent(operands[i]) for i in _moving(model.source(group), code.reads)]

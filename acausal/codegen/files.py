@@ -1,16 +1,19 @@
 """The header and the source file of a model."""
 
 import dataclasses
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
 
 from .bands import bands
-from .derivatives import MovedRoot, along
+from .derivatives import Along, along
 from .events import CEvents
 from .model import CModel
 from .requirements import requirement_functions
 from .source import along_functions, output_functions, rate_functions, start_functions
 from .steps import step_functions
 from .write import constants, enumeration, helpers, places_of, shared
+
+Declarations: TypeAlias = list[tuple[str, str]]  # purposes and heads of functions
 
 
 @dataclasses.dataclass(frozen=True)
@@ -30,8 +33,20 @@ def events_of(model: CModel) -> CEvents | None:
 def code_of(model: CModel, step: float, method: str) -> Code:
     """The header and the source file, with steps of a fixed size."""
     events = events_of(model)
+    steps = step_functions(model, step, method, events is not None)
+    has_matrix = method == "implicit" and model.n_states > 0
+    title = f"C code of a model of acausal, with steps of {step!r} s ({method})"
+    return Code(
+        header_of(model, events, title, DECLARATIONS + STEP, has_matrix=has_matrix),
+        source_of(model, events, along(model), steps, has_matrix=has_matrix),
+    )
+
+
+def source_of(
+    model: CModel, events: CEvents | None, tangents: Along, more: Sequence[str], *, has_matrix: bool = False
+) -> str:
+    """The source file: the equations, their derivatives, the events, and `more` functions."""
     evaluations = [*model.rates, *model.rest]
-    tangents = along(model)
     functions = [item.text for item in [*model.functions, *tangents.functions]]
     body = [
         *functions,
@@ -41,32 +56,33 @@ def code_of(model: CModel, step: float, method: str) -> Code:
         *along_functions(model, tangents),
         *requirement_functions(model),
         *(events.functions() if events else []),
-        *step_functions(model, step, method, events is not None),
+        *more,
     ]
-    has_roots = any(isinstance(call, MovedRoot) for call in tangents.calls)
     is_tied = events is not None and events.resets.is_tied
-    has_matrix = method == "implicit" and model.n_states > 0
-    common = shared(evaluations, has_roots=has_roots, has_matrix=has_matrix, has_equations=is_tied)
+    common = shared(evaluations, has_roots=tangents.has_roots, has_matrix=has_matrix, has_equations=is_tied)
     text = "\n\n".join([*common, *body])
     head = "\n".join([f'#include "{model.name}.h"', "#include <math.h>"])
-    source = "\n\n".join([head, *constants(model.tables), *helpers(text), text]) + "\n"
-    return Code(_header(model, events, step, method), source)
+    return "\n\n".join([head, *constants(model.tables), *helpers(text), text]) + "\n"
 
 
-def _header(model: CModel, events: CEvents | None, step: float, method: str) -> str:
+def header_of(
+    model: CModel, events: CEvents | None, title: str, declarations: Declarations, *, has_matrix: bool = False
+) -> str:
+    """The header file: the struct of the model, the places of its numbers, and the public functions."""
     name, prefix = model.name, f"{model.name}_"
     guard = f"{name.upper()}_H"
+    struct = [field.text for field in fields(model, events, has_matrix=has_matrix)]
     outputs = [(output.name, i, f"{output.name} [{output.unit}]") for i, output in enumerate(model.outputs)]
     parts = [
-        f"/* {name}: C code of a model of acausal, with steps of {step!r} s ({method}). */",
+        f"/* {name}: {title}. */",
         f"#ifndef {guard}\n#define {guard}",
-        "\n".join(["typedef struct {", *(field.text for field in fields(model, events, method)), f"}} {name};"]),
+        "\n".join(["typedef struct {", *struct, f"}} {name};"]),
         places_of(f"{prefix}X_", model.states),
         places_of(f"{prefix}P_", model.parameters),
         places_of(f"{prefix}D_", model.discrete),
         enumeration(f"{prefix}Y_", outputs),
         f"enum {{ {prefix}N_X = {model.n_states}, {prefix}N_Y = {len(model.outputs)} }};",
-        *_declarations(name, events is not None),
+        *_declared(name, declarations, has_events=events is not None),
         "#endif",
     ]
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -86,7 +102,7 @@ class Field(NamedTuple):
         return f"    {self.type}{'' if self.type.endswith('*') else ' '}{self.name}{size}; /* {self.comment} */"
 
 
-def fields(model: CModel, events: CEvents | None, method: str) -> list[Field]:
+def fields(model: CModel, events: CEvents | None, *, has_matrix: bool) -> list[Field]:
     """The fields of the struct, in order."""
     n = model.n_states
     sizes = {
@@ -97,7 +113,7 @@ def fields(model: CModel, events: CEvents | None, method: str) -> list[Field]:
         "dv": (model.layout.n_values, "their derivatives along a direction"),
         "guess": (len(model.start_guess), "starting points of iterations"),
     }
-    if method == "implicit":
+    if has_matrix:
         sizes["matrix"] = (n * n, "of a step")
     if events:
         sizes["due"] = (events.events.total, "next times of the time events, s")
@@ -120,16 +136,18 @@ def fields(model: CModel, events: CEvents | None, method: str) -> list[Field]:
     return found
 
 
-def _declarations(name: str, has_events: bool) -> list[str]:
+def _declared(name: str, declarations: Declarations, *, has_events: bool) -> list[str]:
     """The public functions, each with its purpose."""
-    found = DECLARATIONS + (EVENT_DECLARATIONS if has_events else [])
+    found = declarations + (EVENT_DECLARATIONS if has_events else [])
     return [f"/* {purpose} */\n{declaration};".replace("MODEL", name) for purpose, declaration in found]
 
 
+STEP = [
+    ("A step, then its events: 1 if an event changed the model, -1 for a failure, else 0.", "int MODEL_step(MODEL *m)"),
+]
 DECLARATIONS = [
     ("Sets the parameters, discrete variables and states to their start values.", "void MODEL_start(MODEL *m)"),
     ("The sentence of a requirement that the parameters violate, or 0.", "const char *MODEL_violation(const MODEL *m)"),
-    ("A step, then its events: 1 if an event changed the model, -1 for a failure, else 0.", "int MODEL_step(MODEL *m)"),
     ("The outputs at the time and states of the struct.", "void MODEL_outputs(MODEL *m, double *y)"),
     ("The rates of the states.", "void MODEL_rates(MODEL *m, double *rates)"),
     ("All values, in v.", "void MODEL_evaluate(MODEL *m)"),
@@ -139,8 +157,14 @@ DECLARATIONS = [
     ),
 ]
 EVENT_DECLARATIONS = [
-    ("The events at the start; returns as MODEL_step.", "int MODEL_initialise(MODEL *m)"),
-    ("The events at the time of the struct; returns as MODEL_step.", "int MODEL_events(MODEL *m)"),
+    (
+        "The events at the start; 1 if they changed the model, -1 for a failure, else 0.",
+        "int MODEL_initialise(MODEL *m)",
+    ),
+    (
+        "The events at the time of the struct; 1 if they changed the model, -1 for a failure, else 0.",
+        "int MODEL_events(MODEL *m)",
+    ),
     (
         "The event indicators, positive if a relation holds, after MODEL_evaluate.",
         "void MODEL_indicators(const MODEL *m, double *indicator)",

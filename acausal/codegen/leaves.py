@@ -3,12 +3,12 @@
 import numpy as np
 
 from .expressions import SIGN, Expression
-from .layout import Layout
-from .values import Index, Value
+from .layout import Numbering
+from .values import CValue, Index
 from .writer import Writer
 
 
-def leaf_value(writer: Writer, layout: Layout, leaf: int, *, is_tangent: bool = False) -> Value:
+def leaf_value(writer: Writer, layout: Numbering, leaf: int, *, is_tangent: bool = False) -> CValue:
     """A leaf or its tangent as an array: in place if its elements lie in one array with one sign, otherwise copied."""
     own = layout.system.flat.leaves[leaf]
     shape = own.stack + own.sizes
@@ -29,13 +29,14 @@ def leaf_value(writer: Writer, layout: Layout, leaf: int, *, is_tangent: bool = 
     return target
 
 
-def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> Value:
+def _in_place(space: str, sign: int, every: np.ndarray, shape: tuple[int, ...]) -> CValue:
     def at(index: Index) -> Expression:
         text = space or "0.0" if space in ("", "t", "dt") else f"{space}[{index.through(every).text}]"
         return Expression(text) if sign > 0 else Expression(f"-{text}", SIGN)
 
-    return Value(shape, "f", at)
+    return CValue(shape, "f", at)
 
 
 def _tangent(space: str) -> str:
+    """The space of the derivatives along a direction; "" for constants."""
     return f"d{space}" if space in ("v", "t") else ""

@@ -12,7 +12,7 @@ from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .expressions import identifier
-from .layout import Layout, Places, Quantity
+from .layout import Numbering, Places, Quantity
 from .model import CModel, Output
 from .values import Tables
 
@@ -37,7 +37,7 @@ def c_model(
     leaves = complete_leaves(model)[0]
     system.intake.check(leaves)
     inputs = system.pack(model)
-    layout = Layout(system)
+    layout = Numbering(system)
     numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
     return CModel(
         identifier(name or system.name),
@@ -54,7 +54,7 @@ def c_model(
     )
 
 
-def _states(system: System, layout: Layout, inputs: Inputs, t0: float) -> list[Quantity]:
+def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> list[Quantity]:
     y, bad = initial_state(system, t0, inputs)
     if np.any(np.asarray(bad)):
         names = [
@@ -72,7 +72,7 @@ def _states(system: System, layout: Layout, inputs: Inputs, t0: float) -> list[Q
     return found
 
 
-def _outputs(system: System, layout: Layout, names: Sequence[str] | None) -> list[Output]:
+def _outputs(system: System, layout: Numbering, names: Sequence[str] | None) -> list[Output]:
     flat = system.flat
     known = {
         leaf.name(i): (leaf, number, i)

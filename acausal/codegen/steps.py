@@ -16,16 +16,16 @@ def step_functions(model: CModel, step: float, method: str, has_events: bool) ->
     """The functions and tables of steps of this size."""
     defines = [f"#define STEP {step!r} /* s */", f"#define N_STATES {model.n_states}"]
     integrate = [part(f"step_{method}")] if model.n_states else [NOTHING]
-    tables = _pattern(model) if method == "implicit" and model.n_states else []
+    tables = pattern_tables(model) if method == "implicit" and model.n_states else []
     step_part = part("step") if has_events else part("step").replace("return MODEL_events(m);", "return 0;")
-    found = ["\n".join(defines), *tables, _remember(model), *integrate, step_part]
+    found = ["\n".join(defines), *tables, remember_function(model), *integrate, step_part]
     return [text.replace("MODEL", model.name) for text in found]
 
 
 NOTHING = "static int integrate(MODEL *m)\n{\n    remember(m);\n    return 1;\n}"
 
 
-def _remember(model: CModel) -> str:
+def remember_function(model: CModel) -> str:
     """The solutions of nonlinear blocks become the guesses of the next step."""
     writer = Writer(model.tables, model.name)
     plan, layout = model.system.plan, model.layout
@@ -39,17 +39,17 @@ def _remember(model: CModel) -> str:
     return function(f"static void remember({model.name} *m)", writer.lines, unread=("m",), is_constant=True)
 
 
-def _pattern(model: CModel) -> list[str]:
+def pattern_tables(model: CModel, prefix: str = "") -> list[str]:
     """The elements of the Jacobian that may differ from zero, and the columns that are computed together."""
     structure = dependence(model.system.plan, model.system.rates)
     colours = column_colours(structure)
     entries = structure.tocoo()
-    defines = [f"#define N_COLOURS {int(colours.max()) + 1}", f"#define N_ENTRIES {entries.nnz}"]
+    defines = [f"#define N_COLOURS {int(colours.max(initial=-1)) + 1}", f"#define N_ENTRIES {entries.nnz}"]
     return [
         "\n".join(defines),
-        array("colour", colours, "i"),
-        array("row_of", entries.row, "i"),
-        array("column_of", entries.col, "i"),
+        array(f"{prefix}colour", colours, "i"),
+        array(f"{prefix}row_of", entries.row, "i"),
+        array(f"{prefix}column_of", entries.col, "i"),
     ]
 
 

@@ -92,7 +92,7 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    given = dict(_setting(text) for text in options.set)
+    given: dict[str, Any] = dict(_setting(text) for text in options.set)
     model = FMU(options.file, step=options.step, **given)
     solution = simulate(model, options.stop)
     names = [v.field for v in model._of.outputs if not v.sizes]

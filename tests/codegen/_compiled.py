@@ -39,7 +39,7 @@ class Compiled:
     def __init__(self, model: Component, folder: Path, method: str = "implicit", step: float = 1e-3, **options: Any):
         self.model = export_c(model, folder, step=step, method=method, **options)
         self.library = library(folder / f"{self.model.name}.c")
-        own = fields(self.model, events_of(self.model), method)
+        own = fields(self.model, events_of(self.model), has_matrix=method == "implicit" and self.model.n_states > 0)
         pairs = [(f.name, TYPES[f.type] * f.size if f.size is not None else TYPES[f.type]) for f in own]
         struct: Any = type("Struct", (ctypes.Structure,), {"_fields_": pairs})
         self.struct = struct()

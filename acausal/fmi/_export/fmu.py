@@ -8,14 +8,15 @@ from typing import Literal
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence
+from ...codegen.derivatives import along
 from ...codegen.expressions import identifier
+from ...codegen.files import DECLARATIONS, events_of, header_of, source_of
 from ...codegen.model import CModel
 from ...codegen.prepare import c_model
 from .build import libraries, write
 from .description import About, build_description, description
-from .equations import equations_source
 from .opened import driven
-from .source import fmu_source
+from .source import fmu_source, own_functions
 from .variables import Variables, variables_of
 
 
@@ -49,7 +50,10 @@ def export_fmu(
     number = int(version[0])
     opened, sources = driven(model, inputs)
     found = c_model(opened, identifier(path.stem), outputs)
-    header, equations, n_indicators = equations_source(found)
+    events, tangents = events_of(found), along(found, with_rest=True)
+    header = header_of(found, events, "equations of an FMU", DECLARATIONS)
+    equations = source_of(found, events, tangents, own_functions(found, events, tangents))
+    n_indicators = events.n_relations if events else 0
     variables = variables_of(found, inputs, sources, n_indicators)
     about = About(path.stem, found.name, _token(header, equations, repr(variables)), _text(model), stop_time)
     texts = {

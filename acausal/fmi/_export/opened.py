@@ -27,7 +27,7 @@ class FromOutside(Component, partial=True):
 
 
 @ft.cache
-def _source(port: type[Port]) -> Any:
+def _source(port: Any) -> Any:
     """A source for a class of signal port."""
     (leaf,) = leaves_of(port())
 
@@ -52,8 +52,9 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
                 f"{name!r} is not an open signal input, such as a block's u.{suggestion(name, ports)} Quantities that "
                 "are constant during a run are parameters, which an FMU can set too."
             )
-    classes = tuple(type(ports[name]) for name in inputs)
-    cls = _driven_class(type(model), tuple(inputs), classes)
+    classes: tuple[Any, ...] = tuple(type(ports[name]) for name in inputs)
+    own_class: Any = type(model)
+    cls = _driven_class(own_class, tuple(inputs), classes)
     made = object.__new__(cls)
     for own in dataclasses.fields(model):
         object.__setattr__(made, own.name, copy.copy(getattr(model, own.name)))
@@ -65,7 +66,7 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
 
 
 @ft.cache
-def _driven_class(cls: Any, inputs: tuple[str, ...], ports: tuple[type[Port], ...]) -> Any:
+def _driven_class(cls: Any, inputs: tuple[str, ...], ports: tuple[Any, ...]) -> Any:
     def connections(self: Any) -> Connections:
         own = [connect(getattr(self, f"{FIELD}{i}").port, _part(self, name)) for i, name in enumerate(inputs)]
         return (*cls.connections(self), *own)

@@ -6,16 +6,15 @@ import jax
 import numpy as np
 from jax import Array
 
-from ..._evaluate.dependence import dependence
 from ..._integrate.solvers._rodas5p import Rodas5P
 from ..._jax_private import jaxpr_as_fun
 from ..._reduce.jaxpr import structs
-from ..._sparse_order import column_colours
 from ...codegen.derivatives import Along
 from ...codegen.events import CEvents
 from ...codegen.functions import inlined
 from ...codegen.leaves import leaf_value
 from ...codegen.model import CModel
+from ...codegen.steps import pattern_tables, remember_function
 from ...codegen.values import stored
 from ...codegen.write import array, function
 from ...codegen.writer import Writer
@@ -33,7 +32,7 @@ CANNOT_SET = "Only parameters, inputs, states and discrete variables can be set.
 
 def part(name: str) -> str:
     """A file of C that all FMUs share."""
-    return (files(__package__) / "parts" / f"{name}.c").read_text().rstrip()
+    return (files(__package__ or __name__) / "parts" / f"{name}.c").read_text().rstrip()
 
 
 def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: int, version: int) -> str:
@@ -41,7 +40,7 @@ def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: 
     tables = [
         _constants(model, about, variables, n_indicators),
         _places(variables),
-        *_pattern(model),
+        *pattern_tables(model, "fmu_"),
         *_method(),
         array("fmu_nominal", model.system.nominals),
         array("fmu_own_state", np.array(variables.state_places), "i"),
@@ -77,18 +76,6 @@ def _places(variables: Variables) -> str:
     )
 
 
-def _pattern(model: CModel) -> list[str]:
-    """The elements of the Jacobian that may differ from zero, and the columns that are computed together."""
-    structure = dependence(model.system.plan, model.system.rates)
-    colours, entries = column_colours(structure), structure.tocoo()
-    return [
-        f"#define N_COLOURS {int(colours.max(initial=-1)) + 1}\n#define N_ENTRIES {entries.nnz}",
-        array("fmu_colour", colours, "i"),
-        array("fmu_row_of", entries.row, "i"),
-        array("fmu_column_of", entries.col, "i"),
-    ]
-
-
 def _method() -> list[str]:
     """The coefficients of Rodas5P."""
     tableau = Rodas5P.tableau
@@ -109,20 +96,20 @@ def _matrix(name: str, values: np.ndarray) -> str:
     return f"static const double {name}[{len(values)}][{values.shape[1]}] = {{\n{rows},\n}};"
 
 
-def derivative_functions(model: CModel, events: CEvents | None, tangents: Along) -> list[str]:
-    """The derivatives of all values along a direction, at the point of the last evaluation, and those of the event
-    indicators.
+def own_functions(model: CModel, events: CEvents | None, tangents: Along) -> list[str]:
+    """What an FMU needs beside the equations: derivatives of all values along a direction, at the point of the last
+    evaluation, those of the event indicators, and the memory of iterations.
     """
     name, n = model.name, model.n_states
     writer = Writer(model.tables, name)
     if n:
         with writer.loops(n) as index:
             writer.line(f"dv[{index.text}] = dx[{index.text}];")
-    for call in tangents.calls:
+    for call in (*tangents.calls, *tangents.rest):
         call.write(writer)
     head = f"static void {name}_along_all({name} *m, double dt, const double *dx)"
-    found = [function(head, writer.lines, unread=("m", "dt", "dx"))]
-    return [*found, _indicators_along(model, events)] if events is not None else found
+    found = [function(head, writer.lines, unread=("m", "dt", "dx")), remember_function(model)]
+    return found if events is None else [*found, _indicators_along(model, events)]
 
 
 def _indicators_along(model: CModel, events: CEvents) -> str:

@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from typing import Literal
 
 from ..._errors import ModelError
+from ..._evaluate.program import Use
+from ..._reduce.incidence import Pair
 from ..._units.dimension import TIME
 from ..._units.parsing import parsed
 from ...codegen.layout import Quantity
 from ...codegen.model import CModel, Output
 
 Causality = Literal["independent", "parameter", "input", "output", "local"]
-Space = Literal["t", "x", "p", "d", "v", "z", "0"]  # time, states, parameters, discrete, values, indicators, zero
+Space = str  # "t": the time, "x" states, "p" parameters, "d" discrete, "v" values, "z" event indicators, "0" zero
 
 
 @dataclasses.dataclass(frozen=True)
@@ -118,17 +120,19 @@ def _input_places(model: CModel, inputs: Sequence[str], sources: Sequence[str]) 
     uses = [use for group in system.plan.groups for use in group.uses]
     for name, source in zip(inputs, sources, strict=True):
         pair, sign = system.pair_of_node(nodes[source])
-        rate = pair and (pair[0], 1)
-        is_free = pair in starts and not any(
-            rate in use.values or (rate in use.gives and len(use.gives) > 1) for use in uses
-        )
-        if not is_free:
+        if pair is None or pair not in starts or any(_needs_rate(use, pair) for use in uses):
             raise ModelError(
                 f"{name} cannot be an input of an FMU: the equations need its derivative, or determine it. Remedy: "
                 "drive a force, a torque or a current, or put a filter such as FirstOrder behind the input."
             )
         found[starts[pair]] = sign
     return found
+
+
+def _needs_rate(use: Use, pair: Pair) -> bool:
+    """Whether a block reads the derivative of an input, or determines it together with other unknowns."""
+    rate = pair[0], 1
+    return rate in use.values or (rate in use.gives and len(use.gives) > 1)
 
 
 def _positive(model: CModel) -> set[int]:

@@ -289,5 +289,8 @@ static int fmu_restore_state(Instance *i, const void *copy)
     if (!copy)
         return 0;
     memcpy(&i->state, copy, sizeof(State));
+#ifdef HAS_EVENTS
+    i->state.model.refused = 0; /* the pointer may come from another process */
+#endif
     return 1;
 }

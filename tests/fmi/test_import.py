@@ -4,17 +4,16 @@ import pickle
 import re
 import zipfile
 from pathlib import Path
+from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
+from _fmu_models import Bouncer, Driven, Forced
 
 from acausal import ArgumentError, ModelError, replace, simulate
 from acausal.fmi import FMU, export_fmu
 from components.blocks import Sine
-
-from _fmu_models import Bouncer, Driven, Forced
 
 pytest.importorskip("fmpy")
 
@@ -43,15 +42,14 @@ def without(file: Path, attribute: str) -> Path:
     return other
 
 
-def sine(oscillator: object) -> Driven:
+def sine(oscillator: Any) -> Any:
     return Driven(source=Sine(amplitude=2.0, frequency=0.3), oscillator=oscillator)
 
 
 @pytest.mark.thorough
 def test_a_run_in_a_circuit_and_its_derivative_agree_with_the_model(forced: Path) -> None:
-    def last(model: Driven, amplitude: jax.Array) -> jax.Array:
-        final = simulate(replace(model, {"source.amplitude": amplitude}), 2.0, rtol=1e-10).final.oscillator
-        return final.x if isinstance(final, Forced) else jnp.asarray(final.x)
+    def last(model: Any, amplitude: Any) -> Any:
+        return simulate(replace(model, {"source.amplitude": amplitude}), 2.0, rtol=1e-10).final.oscillator.x
 
     one, other = sine(Forced()), sine(FMU(forced))
     (value, slope), (same, own) = (jax.jvp(lambda a, m=m: last(m, a), (2.0,), (1.0,)) for m in (one, other))
@@ -62,12 +60,13 @@ def test_a_run_in_a_circuit_and_its_derivative_agree_with_the_model(forced: Path
 def test_reverse_mode_agrees_with_forward_mode(forced: Path) -> None:
     model = sine(FMU(forced))
 
-    def last(amplitude: float) -> jax.Array:
+    def last(amplitude: float) -> Any:
         return simulate(replace(model, {"source.amplitude": amplitude}), 0.5).final.oscillator.v
 
     np.testing.assert_allclose(jax.grad(last)(2.0), jax.jvp(last, (2.0,), (1.0,))[1], rtol=1e-10)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize("is_copied", [True, False])
 def test_events_happen_as_in_the_model(bouncer: Path, is_copied: bool) -> None:
     file = bouncer if is_copied else without(bouncer, "canGetAndSetFMUState")
@@ -94,7 +93,7 @@ def test_a_step_takes_the_inputs_of_the_sample_before(forced: Path) -> None:
 
 @pytest.mark.thorough
 def test_parameters_have_derivatives_by_differences_only(forced: Path) -> None:
-    def last(model: object, mu: float) -> jax.Array:
+    def last(model: Any, mu: Any) -> Any:
         return simulate(replace(sine(model), {"oscillator.mu": mu}), 1.0, rtol=1e-9).final.oscillator.x
 
     with pytest.raises(ModelError, match=r"forced.fmu gives no derivatives with respect to its parameters. Remedy"):
@@ -126,6 +125,7 @@ def test_co_simulation_has_no_derivatives(forced: Path) -> None:
         jax.jvp(lambda a: simulate(replace(model, {"source.amplitude": a}), 0.3).final.oscillator.held, (1.0,), (1.0,))
 
 
+@pytest.mark.thorough
 def test_further_variables_can_be_shown(forced: Path) -> None:
     model = FMU(forced, outputs=("der(v)",))
     assert float(simulate(sine(model), 1e-9).final.oscillator.der_v.value) == pytest.approx(-2.0)
@@ -171,5 +171,5 @@ def test_unknown_names_are_refused(bouncer: Path) -> None:
 
 def test_a_library_for_another_machine_is_refused(tmp_path: Path) -> None:
     file = export_fmu(Bouncer(e=0.8), tmp_path / "bouncer.fmu", platforms=[])
-    with pytest.raises(ModelError, match="cannot be loaded: .*binary must be for this operating system"):
+    with pytest.raises(ModelError, match=r"cannot be loaded: .*binary must be for this operating system"):
         FMU(file)

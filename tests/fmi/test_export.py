@@ -2,15 +2,15 @@
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from _fmu_models import Bouncer, Forced, Turned
 
 from acausal import ModelError
 from acausal.fmi import export_fmu
 from components.rotational import Inertia
-
-from _fmu_models import Bouncer, Forced, Turned
 
 fmpy = pytest.importorskip("fmpy")
 validation = pytest.importorskip("fmpy.validation")
@@ -41,13 +41,13 @@ def height(t: np.ndarray) -> np.ndarray:
     return found
 
 
-def instance_of(file: Path, kind: str = "ModelExchange"):
+def instance_of(file: Path, kind: str = "ModelExchange") -> tuple[Any, dict[str, Any]]:
     description = fmpy.read_model_description(str(file))
     folder = fmpy.extract(str(file))
     return fmpy.instantiate_fmu(folder, description, kind), {v.name: v for v in description.modelVariables}
 
 
-def at_start(file: Path):
+def at_start(file: Path) -> tuple[Any, dict[str, int]]:
     """An instance of FMI 3.0 in continuous time at the start."""
     fmu, variables = instance_of(file)
     fmu.enterInitializationMode()
@@ -158,7 +158,7 @@ def test_bad_arguments_are_refused(arguments: dict, message: str, tmp_path: Path
 
 
 def test_an_input_whose_derivative_is_needed_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ModelError, match="source.u cannot be an input of an FMU: the equations need its derivative"):
+    with pytest.raises(ModelError, match=r"source\.u cannot be an input of an FMU: the equations need its derivative"):
         export_fmu(Turned(rotor=Inertia(J=1.0)), tmp_path / "turned.fmu", inputs=["source.u"])
 
 

@@ -1,6 +1,6 @@
 """Models of the tests of FMUs."""
 
-from typing import Self
+from typing import Any, Self
 
 from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, positive, when
 from components.blocks import Input, Output, Sine
@@ -48,7 +48,8 @@ class Driven(Component):
     oscillator: Component
 
     def connections(self) -> Connections:
-        return (connect(self.source.y, self.oscillator.u),)
+        oscillator: Any = self.oscillator
+        return (connect(self.source.y, oscillator.u),)
 
 
 class Turned(Component):
