@@ -2,9 +2,10 @@
 
 export_fmu    Write a model as an FMU.
 FMU           A component that an FMU describes.
+FMUWarning    An FMU that cannot be run as its author meant it.
 """
 
 from ._export.fmu import export_fmu
-from ._import.fmu import FMU
+from ._import.fmu import FMU, FMUWarning
 
-__all__ = ["FMU", "export_fmu"]
+__all__ = ["FMU", "FMUWarning", "export_fmu"]

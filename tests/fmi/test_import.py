@@ -12,7 +12,7 @@ import pytest
 from _fmu_models import Bouncer, Driven, Forced
 
 from acausal import ArgumentError, ModelError, replace, simulate
-from acausal.fmi import FMU, export_fmu
+from acausal.fmi import FMU, FMUWarning, export_fmu
 from components.blocks import Sine
 
 pytest.importorskip("fmpy")
@@ -160,6 +160,12 @@ def test_bad_files_are_refused(content: bytes | None, message: str, tmp_path: Pa
         file.write_bytes(content)
     with pytest.raises(ModelError, match=message):
         FMU(file)
+
+
+def test_an_fmu_that_needs_the_end_of_steps_is_named(bouncer: Path) -> None:
+    old = export_fmu(Bouncer(e=0.8), bouncer.with_name("old.fmu"), version="2.0")
+    with pytest.warns(FMUWarning, match=r"old\w*.fmu may change its discrete states at the end of steps"):
+        FMU(without(old, "completedIntegratorStepNotNeeded"))
 
 
 def test_unknown_names_are_refused(bouncer: Path) -> None:

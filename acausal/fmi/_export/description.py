@@ -62,13 +62,13 @@ def _interfaces(root: Element, about: About, version: int) -> None:
     if version == 3:
         derivatives = {"providesDirectionalDerivatives": "true", "providesAdjointDerivatives": "true"}
         copies = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-        steps = {"canHandleVariableCommunicationStepSize": "true"}
     else:
         derivatives = {"providesDirectionalDerivative": "true"}
         copies = {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
-        steps = {"canHandleVariableCommunicationStepSize": "true"}
+    steps = {"canHandleVariableCommunicationStepSize": "true"}
+    exchange = {} if version == 3 else {"completedIntegratorStepNotNeeded": "true"}
     common = {"modelIdentifier": about.identifier, **copies, **derivatives}
-    for kind, own in (("ModelExchange", {}), ("CoSimulation", steps)):
+    for kind, own in (("ModelExchange", exchange), ("CoSimulation", steps)):
         element = SubElement(root, kind, {**common, **own})
         if version == 2:
             SubElement(SubElement(element, "SourceFiles"), "File", name="fmu.c")
@@ -99,7 +99,7 @@ def _base_unit(unit: str) -> dict[str, str] | None:
 
 def _number(value: float) -> str:
     """A number as XML writes it."""
-    return repr(float(value)).replace("inf", "INF").replace("nan", "NaN")
+    return repr(float(value) + 0.0).replace("inf", "INF").replace("nan", "NaN")
 
 
 def _initial(variable: FmuVariable) -> str | None:

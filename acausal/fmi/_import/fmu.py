@@ -1,6 +1,7 @@
 """Makes components of FMUs."""
 
 import hashlib
+import warnings
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +44,8 @@ def FMU(
 
     *Co-simulation*, with a `step` in s: the FMU integrates itself from sample to sample. It has no derivatives.
 
-    Raises `ModelError` for a file that cannot be read or run here, and for names that the FMU does not have.
+    Raises `ModelError` for a file that cannot be read or run here, and for names that the FMU does not have. Warns by
+    `FMUWarning` of an FMU that may change at the end of steps.
     """
     path = Path(file).resolve()
     if not path.is_file():
@@ -65,9 +67,29 @@ def class_of(key: Key) -> type[ImportedFMU]:
     if key.is_sampled:
         calls: Any = SampleCalls(Samples(key.path, key.digest, of, fixed))
     else:
+        _check_steps(of, key.path.name)
         calls = Calls(Functions(key.path, key.digest, of, fixed, key.differences))
     namespace = {"__module__": __name__, "__doc__": _text(of), "_key": key, "_of": of, "_calls": calls}
     return type(base)(key.path.stem, (base,), namespace | {"__annotations__": _fields(of, key.is_sampled)})
+
+
+class FMUWarning(UserWarning):
+    """An FMU that this library cannot run as its author meant it."""
+
+
+def _check_steps(of: Description, name: str) -> None:
+    """Warn of an FMU that may change its discrete states at the end of steps."""
+    exchange = of.raw.modelExchange
+    if exchange is None:
+        return
+    needs = exchange.needsCompletedIntegratorStep if of.version == 3 else not exchange.completedIntegratorStepNotNeeded
+    if needs:
+        warnings.warn(
+            f"{name} may change its discrete states at the end of steps, as a delay does, which model exchange does "
+            "not support here. Remedy: compare with co-simulation, FMU(..., step=...).",
+            FMUWarning,
+            stacklevel=3,
+        )
 
 
 def _fields(of: Description, is_sampled: bool) -> dict[str, Any]:
@@ -89,7 +111,7 @@ def _component(cls: Any, given: dict[str, Any]) -> ImportedFMU:
     """A component of the class, with the given values and otherwise those of the FMU."""
     of = cls._of
     values: dict[str, Any] = {v.field: v.start for v in of.parameters}
-    values |= {v.field: _ports(Input, v, v.start) for v in of.inputs}
+    values |= {v.field: _ports(Input, v, None) for v in of.inputs}
     values |= {v.field: _ports(Output, v, None) for v in of.outputs}
     if issubclass(cls, ModelExchange):
         for v in of.states:
