@@ -18,7 +18,7 @@ Host: TypeAlias = Callable[[int, np.ndarray, np.ndarray], np.ndarray]  # of the 
 
 
 @dataclasses.dataclass(frozen=True)
-class Call:
+class HostCall:
     """A function of an FMU. The derivatives have one more axis, of the point or of the parameters.
 
     Raises `ModelError` where a derivative is needed that does not exist.
@@ -34,7 +34,7 @@ class Call:
 
 
 @ft.cache
-def _function(call: Call) -> Callable[[Array, Array, Array], Array]:
+def _function(call: HostCall) -> Callable[[Array, Array, Array], Array]:
     result = jax.ShapeDtypeStruct(call.shape, jax.dtypes.canonicalize_dtype(float))
 
     def evaluate(number: Array, point: Array, parameters: Array) -> np.ndarray:
@@ -58,17 +58,17 @@ def _function(call: Call) -> Callable[[Array, Array, Array], Array]:
     return function
 
 
-Derivative: TypeAlias = Callable[[], Call]
+Derivative: TypeAlias = Callable[[], HostCall]
 
 
 def call_of(
-    host: Host, shape: tuple[int, ...], by_point: Callable[[], Call], by_parameters: Callable[[], Call]
-) -> Call:
+    host: Host, shape: tuple[int, ...], by_point: Callable[[], HostCall], by_parameters: Callable[[], HostCall]
+) -> HostCall:
     """A function whose derivatives are made once, when they are first needed."""
-    return Call(host, shape, ft.cache(by_point), ft.cache(by_parameters))
+    return HostCall(host, shape, ft.cache(by_point), ft.cache(by_parameters))
 
 
-def differenced(host: Host, shape: tuple[int, ...], sizes: tuple[int, int]) -> Call:
+def differenced(host: Host, shape: tuple[int, ...], sizes: tuple[int, int]) -> HostCall:
     """A function whose derivatives are differences and have no derivatives themselves.
 
     It stands for first derivatives: those of the second order serve a solver in the derivatives of its Jacobian, which
@@ -84,10 +84,10 @@ def differenced(host: Host, shape: tuple[int, ...], sizes: tuple[int, int]) -> C
     return call_of(
         host,
         shape,
-        lambda: Call(by_point, (*shape, sizes[0]), _no_third, _no_third),
-        lambda: Call(by_parameters, (*shape, sizes[1]), _no_third, _no_third),
+        lambda: HostCall(by_point, (*shape, sizes[0]), _no_third, _no_third),
+        lambda: HostCall(by_parameters, (*shape, sizes[1]), _no_third, _no_third),
     )
 
 
-def _no_third() -> Call:
+def _no_third() -> HostCall:
     raise ModelError("An FMU has derivatives up to the second, and the second serve the solver only.")

@@ -8,17 +8,17 @@ from jax import Array
 from ..._declare.annotations import Discrete, Param, Scalar, positive
 from ..._declare.component import Equations, Events, at, refuse
 from ..._errors import ModelError
-from .calls import Call, call_of
+from .calls import HostCall, call_of
 from .component import ImportedFMU
 from .description import placed
-from .sampling import Samples
+from .sampling import SampledFMU
 
 
 class SampleCalls:
     """The samples of an FMU for co-simulation in JAX. They have no derivatives."""
 
-    def __init__(self, samples: Samples) -> None:
-        def refused() -> Call:
+    def __init__(self, samples: SampledFMU) -> None:
+        def refused() -> HostCall:
             raise ModelError(
                 f"{samples.path.name} is sampled, and co-simulation has no derivatives. Remedy: import it for model "
                 "exchange, without step."

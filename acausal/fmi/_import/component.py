@@ -12,7 +12,7 @@ from components.blocks import Output
 
 from ..._declare.annotations import Discrete, Scalar, Time
 from ..._declare.component import Component, Equation, eq
-from .description import Description, Variable
+from .description import Description, ImportedVariable
 
 
 @dataclasses.dataclass(frozen=True)
@@ -47,7 +47,7 @@ class ImportedFMU(Component, partial=True):
     def _parameters(self) -> Array:
         return joined([getattr(self, variable.field) for variable in self._of.parameters])
 
-    def _equals(self, variable: Variable, values: Array, place: int) -> Equation:
+    def _equals(self, variable: ImportedVariable, values: Array, place: int) -> Equation:
         """A variable of the component is a part of an array."""
         own = getattr(self, variable.field)
         if isinstance(own, tuple):

@@ -19,7 +19,7 @@ WHOLE = ("Integer", "Enumeration", "Boolean", *(f"{sign}Int{bits}" for sign in (
 
 
 @dataclasses.dataclass(frozen=True)
-class Variable:
+class ImportedVariable:
     """A variable of the FMU. `sizes` is its shape, empty for a scalar."""
 
     name: str
@@ -42,13 +42,13 @@ class Description:
     """The parts of a model description that the component needs."""
 
     raw: Any  # of FMPy
-    parameters: tuple[Variable, ...]  # with the inputs that may change at events only
-    inputs: tuple[Variable, ...]
-    states: tuple[Variable, ...]
-    rates: tuple[Variable, ...]
-    outputs: tuple[Variable, ...]
+    parameters: tuple[ImportedVariable, ...]  # with the inputs that may change at events only
+    inputs: tuple[ImportedVariable, ...]
+    states: tuple[ImportedVariable, ...]
+    rates: tuple[ImportedVariable, ...]
+    outputs: tuple[ImportedVariable, ...]
     direct: tuple[bool, ...]  # whether each output depends on inputs
-    fixed: tuple[Variable, ...]  # whole numbers, which are set before a run
+    fixed: tuple[ImportedVariable, ...]  # whole numbers, which are set before a run
     indicators: tuple[int, ...]  # value references; those of FMI 2.0 have none
     n_indicators: int
 
@@ -65,12 +65,12 @@ class Description:
         return size_of(self.inputs)
 
 
-def size_of(variables: Iterable[Variable]) -> int:
+def size_of(variables: Iterable[ImportedVariable]) -> int:
     """The number of scalars."""
     return sum(variable.count for variable in variables)
 
 
-def placed(variables: Iterable[Variable], place: int = 0) -> Iterator[tuple[Variable, int]]:
+def placed(variables: Iterable[ImportedVariable], place: int = 0) -> Iterator[tuple[ImportedVariable, int]]:
     """Variables whose values follow each other in an array, each with its place."""
     for variable in variables:
         yield variable, place
@@ -130,13 +130,13 @@ def _fields(names: Sequence[str], reserved: Iterable[str]) -> dict[str, str]:
     return found
 
 
-def _variable(v: Any, field: str) -> Variable:
+def _variable(v: Any, field: str) -> ImportedVariable:
     sizes = tuple(int(n) for n in v.shape or ())
     words = [_number(word) for word in str(v.start or 0).split()]
     start = np.resize(np.asarray(words), sizes) if sizes else np.asarray(words[0])
     unit = _unit(v.unit or (v.declaredType.unit if v.declaredType is not None else None))
     is_given = v.initial in (None, "exact", "approx")
-    return Variable(v.name, field, v.valueReference, v.type, unit, start, sizes, v.description or "", is_given)
+    return ImportedVariable(v.name, field, v.valueReference, v.type, unit, start, sizes, v.description or "", is_given)
 
 
 def _number(word: str) -> float:

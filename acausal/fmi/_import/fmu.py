@@ -16,10 +16,10 @@ from ..._errors import ModelError
 from ..._made_once import made_once
 from .co_simulation import CoSimulation, SampleCalls
 from .component import ImportedFMU, Key
-from .description import Description, Variable, read, size_of
+from .description import Description, ImportedVariable, read, size_of
 from .functions import Functions
 from .model_exchange import Calls, ModelExchange
-from .sampling import Samples
+from .sampling import SampledFMU
 
 
 def FMU(
@@ -65,7 +65,7 @@ def class_of(key: Key) -> type[ImportedFMU]:
     of = read(key.path, [*dir(base), "states", "signs", "held", "outputs"], key.outputs)
     fixed = list(({variable.field: float(variable.start) for variable in of.fixed} | dict(key.fixed)).values())
     if key.is_sampled:
-        calls: Any = SampleCalls(Samples(key.path, key.digest, of, fixed))
+        calls: Any = SampleCalls(SampledFMU(key.path, key.digest, of, fixed))
     else:
         _check_steps(of, key.path.name)
         calls = Calls(Functions(key.path, key.digest, of, fixed, key.differences))
@@ -120,16 +120,16 @@ def _component(cls: Any, given: dict[str, Any]) -> ImportedFMU:
     return cls(**values | given)
 
 
-def _type(variable: Variable) -> Any:
+def _type(variable: ImportedVariable) -> Any:
     return Vector if variable.sizes else Scalar
 
 
-def _variable(variable: Variable) -> Any:
+def _variable(variable: ImportedVariable) -> Any:
     options = (shape(*variable.sizes),) if variable.sizes else ()
     return Var[(_type(variable), variable.unit, *options)]
 
 
-def _ports(kind: Any, variable: Variable, start: Any) -> Any:
+def _ports(kind: Any, variable: ImportedVariable, start: Any) -> Any:
     """A port for a scalar, or one for each element of an array in row order."""
     if not variable.sizes:
         return kind() if start is None else kind(value=start)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ..._errors import ModelError, SimulationError
-from .description import REAL, Description, Variable, size_of
+from .description import REAL, Description, ImportedVariable, size_of
 from .instance import AfterEvent, Instance, provides_directional
 from .machine import FIRST, NONE, Machine, Reached
 
@@ -144,7 +144,7 @@ class Functions(Machine[AfterEvent]):
 
     # the instance
 
-    def _advance(self, to: Reached, parameters: list[tuple[Variable, np.ndarray]]) -> AfterEvent:
+    def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> AfterEvent:
         if to.before == NONE:
             experiment = self.description.raw.defaultExperiment
             self._instance.initialise(float((experiment and experiment.startTime) or 0.0), parameters)

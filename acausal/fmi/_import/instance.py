@@ -13,7 +13,7 @@ import numpy as np
 
 from ..._errors import ModelError, SimulationError
 from ..._extras import needed
-from .description import REAL, Description, Variable
+from .description import REAL, Description, ImportedVariable
 
 EVENT_ROUNDS = 100  # largest number of iterations of an event
 
@@ -42,7 +42,7 @@ class Instance:
                 "Its binary must be for this operating system and processor."
             ) from error
 
-    def initialise(self, time: float, values: Sequence[tuple[Variable, np.ndarray]]) -> None:
+    def initialise(self, time: float, values: Sequence[tuple[ImportedVariable, np.ndarray]]) -> None:
         """From anywhere to the end of initialisation, with these values of variables."""
         fmu = self.fmu
         fmu.reset()
@@ -71,7 +71,7 @@ class Instance:
         answer = self.fmu.doStep(time, length)
         return bool(answer[1]) if self.is_3 else False
 
-    def set(self, variables: Sequence[Variable], values: np.ndarray) -> None:
+    def set(self, variables: Sequence[ImportedVariable], values: np.ndarray) -> None:
         """Set variables, whose values follow each other in one array."""
         place = 0
         for kind, group in _by_kind(variables):
@@ -81,7 +81,7 @@ class Instance:
             getattr(self.fmu, f"set{self._named(kind)}")(references, [cast(v) for v in values[place : place + count]])
             place += count
 
-    def get(self, variables: Sequence[Variable]) -> np.ndarray:
+    def get(self, variables: Sequence[ImportedVariable]) -> np.ndarray:
         """The values of variables, one after the other."""
         found: list[float] = []
         for kind, group in _by_kind(variables):
@@ -125,9 +125,9 @@ def _doubles(values: np.ndarray) -> Any:
     return values.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
 
 
-def _by_kind(variables: Sequence[Variable]) -> list[tuple[str, list[Variable]]]:
+def _by_kind(variables: Sequence[ImportedVariable]) -> list[tuple[str, list[ImportedVariable]]]:
     """Runs of variables of one type."""
-    runs: list[tuple[str, list[Variable]]] = []
+    runs: list[tuple[str, list[ImportedVariable]]] = []
     for variable in variables:
         if not runs or runs[-1][0] != variable.kind:
             runs.append((variable.kind, []))

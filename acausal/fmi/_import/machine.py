@@ -15,7 +15,7 @@ from typing import Any, Generic, Literal, NamedTuple, TypeVar
 import numpy as np
 
 from ..._errors import ModelError
-from .description import Description, Variable, placed, size_of
+from .description import Description, ImportedVariable, placed, size_of
 from .instance import Instance, unpacked
 
 NONE, FIRST = -1, 0  # numbers before initialisation and at its end
@@ -64,7 +64,7 @@ class Machine(abc.ABC, Generic[A]):
         return size_of(self.description.parameters)
 
     @abc.abstractmethod
-    def _advance(self, to: Reached, parameters: list[tuple[Variable, np.ndarray]]) -> A:
+    def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> A:
         """Bring the instance from the discrete state before to this one; initialise it if there is none before."""
 
     def _next(self, number: int, point: np.ndarray, parameters: np.ndarray) -> tuple[int, A]:
@@ -98,7 +98,7 @@ class Machine(abc.ABC, Generic[A]):
             self._keep(key)
         self._current = key
 
-    def _settings(self, parameters: np.ndarray) -> list[tuple[Variable, np.ndarray]]:
+    def _settings(self, parameters: np.ndarray) -> list[tuple[ImportedVariable, np.ndarray]]:
         own = [(v, parameters[place : place + v.count]) for v, place in placed(self.description.parameters)]
         return [*self._fixed, *own]
 

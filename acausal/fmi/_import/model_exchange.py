@@ -7,7 +7,7 @@ from jax import Array
 
 from ..._declare.annotations import Discrete, Scalar
 from ..._declare.component import Equations, Events, at, eq, refuse, when
-from .calls import Call, call_of, differenced
+from .calls import HostCall, call_of, differenced
 from .component import ImportedFMU
 from .description import placed
 from .functions import Functions
@@ -23,15 +23,15 @@ class Calls:
         sizes, values = (n_point, n_parameters), (functions.n_values,)
         event = (3 + of.n_indicators + of.n_states,)
 
-        def values_by_point() -> Call:
+        def values_by_point() -> HostCall:
             functions.check_point()
             return differenced(functions.by_point, (*values, n_point), sizes)
 
-        def values_by_parameters() -> Call:
+        def values_by_parameters() -> HostCall:
             functions.check_parameters()
             return differenced(functions.by_parameters, (*values, n_parameters), sizes)
 
-        def first_by_parameters() -> Call:
+        def first_by_parameters() -> HostCall:
             functions.check_parameters()
             return differenced(functions.first_by_parameters, (of.n_states, n_parameters), (0, n_parameters))
 
@@ -45,7 +45,7 @@ class Calls:
         self.first_states = call_of(functions.first_states, (of.n_states,), _of_no_point, first_by_parameters)
 
 
-def _of_no_point() -> Call:
+def _of_no_point() -> HostCall:
     raise AssertionError("the first states do not depend on a point")
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .description import Variable, size_of
+from .description import ImportedVariable, size_of
 from .machine import NONE, Machine, Reached
 
 
@@ -15,7 +15,7 @@ class AfterStep(NamedTuple):
     outputs: np.ndarray
 
 
-class Samples(Machine[AfterStep]):
+class SampledFMU(Machine[AfterStep]):
     """The samples of an FMU. A point is an array: the time, the length of the step up to it, and the inputs during the
     step. At the first sample there is no step, and the FMU is initialised.
     """
@@ -38,7 +38,7 @@ class Samples(Machine[AfterStep]):
             new, said = self._next(number, point, parameters)
             return np.concatenate([[new, said.ends], said.outputs])
 
-    def _advance(self, to: Reached, parameters: list[tuple[Variable, np.ndarray]]) -> AfterStep:
+    def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> AfterStep:
         (time, step), inputs = to.point[:2], to.point[2:]
         instance = self._instance
         if to.before == NONE:
