@@ -14,6 +14,7 @@ class Effort:
     lengths: tuple[int, ...] = (10, 100, 1000, 5000)
     nodes: tuple[int, ...] = (100, 200, 1000, 100_000)
     grid: int = 60  # nodes in a row
+    cells: int = 1000
     alike: int = 500
     processes: int = 3  # fresh ones, the fastest of which counts
 
@@ -26,6 +27,7 @@ TINY = Effort(
     lengths=(10,),
     nodes=(10,),
     grid=4,
+    cells=4,
     alike=10,
     processes=1,
 )

@@ -86,6 +86,11 @@ def monotone_cubic(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     return cubic(coefficients, u) + _slope(coefficients, u) * (x - inside)
 
 
+def monotone_cubic_of(x: Scalar, knots: Vector, values: Vector, i: Array) -> Scalar:
+    """The cubic of `monotone_cubic` on interval i."""
+    return cubic(_monotone_cubics(knots, values, i), x - knots[i])
+
+
 def monotone_cubic_integral(x: Scalar, knots: Vector, values: Vector) -> Scalar:
     """Integral of `monotone_cubic` from the first knot to x."""
     inside, i = located(x, knots)
@@ -104,7 +109,11 @@ def _weight_last(weights: Array, values: Array) -> Array:
 
 def linear(x: Scalar, knots: Vector, values: Array) -> Array:
     """Linear interpolation along the first axis of the values, and linear extrapolation beyond the table."""
-    i = located(x, knots)[1]
+    return line_of(x, knots, values, located(x, knots)[1])
+
+
+def line_of(x: Scalar, knots: Vector, values: Array, i: Array) -> Array:
+    """The line through the samples of interval i."""
     share = (x - knots[i]) / (knots[i + 1] - knots[i])
     return values[i] + share * (values[i + 1] - values[i])
 

@@ -15,7 +15,7 @@ from acausal import (
 )
 
 from .._checks import increasing, sampled
-from .._tables import clamped, interval, linear, monotone_cubic
+from .._tables import clamped, interval, line_of, monotone_cubic_of
 from ._interfaces import SignalSource
 
 
@@ -37,7 +37,9 @@ class TimeSeries(SignalSource):
 
     def equations(self, d: Self) -> Equations:
         t = clamped(self.t, self.times)
-        y = monotone_cubic(t, self.times, self.values) if self.smooth else linear(t, self.times, self.values)
+        # A comparison of time alone: steps end where it changes, so the interval need not be held.
+        i = interval(t, self.times)
+        y = (monotone_cubic_of if self.smooth else line_of)(t, self.times, self.values, i)
         return dict(series=eq(self.y.value, y))
 
 

@@ -26,6 +26,9 @@ State = Float[Array, " n"]
 Matrix = Float[Array, "n n"]
 Stages = Float[Array, "s n"] | list[State]
 LARGEST_CONSTANT = 100
+LARGEST_FUSED = (
+    100  # length of sums of stages, above which XLA on CPU calls a library with threads unless it is written out
+)
 FILTERS = 4  # passes that remove the non-stiff part of a correction
 SLOWLY, FAST = 8, 512  # decay exponents, within a step, of the corrections at its end and at its start
 AT_ONCE = 2**30  # decay exponent of the rounding error at the start
@@ -333,6 +336,8 @@ def combine(weights: np.ndarray | Float[Array, " s"], stages: Stages) -> State:
     if isinstance(stages, list):
         used = [w * u for w, u in zip(weights, stages, strict=False) if w != 0]
         return sum(used, jnp.zeros_like(stages[0]))
+    if stages.shape[1] > LARGEST_FUSED:
+        return sum((w * u for w, u in zip(weights[1:], stages[1:], strict=True)), weights[0] * stages[0])
     return jnp.sum(jnp.asarray(weights)[:, None] * stages, axis=0)
 
 
