@@ -16,7 +16,7 @@ from ._effort import Effort
 from ._rows import Row
 from ._timing import fastest
 
-LIMITS = {"structure": 3.0, "XLA": 1.0, "call": 100e-6}  # s, at the greatest length
+LIMITS = {"structure": 1.2, "XLA": 1.0, "call": 50e-6}  # s, at the greatest length
 COLUMNS = ("structure", "XLA", "pack", "call")
 
 

@@ -13,6 +13,7 @@ from .annotations import Declaration
 from .fields import copied, dynamic_fields, join
 from .node import Node, check_is_node, leaves_of
 
+N = TypeVar("N", bound=Node)
 T = TypeVar("T")
 
 
@@ -41,9 +42,10 @@ def as_new(node: T) -> T:
     return rebuilt(node, lambda path, declaration, value: value, is_new=True)
 
 
-def complete(node: T) -> T:
+def complete(node: N) -> N:
     """A tree of nodes without event history, with zeros for missing start values."""
-    return rebuilt(node, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
+    leaves, layout = complete_leaves(node)
+    return layout.structure.unflatten([0.0 if leaf is None else leaf for leaf in leaves])
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -75,4 +77,5 @@ def layout_of(structure: PyTreeDef) -> Layout:
     """The layout of the leaves of models with this tree structure."""
     numbered = structure.unflatten(range(structure.num_leaves))
     places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))
-    return Layout(jax.tree_util.tree_structure(complete(numbered)), places)
+    whole = rebuilt(numbered, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
+    return Layout(jax.tree_util.tree_structure(whole), places)

@@ -10,7 +10,7 @@ import numpy as np
 from jax.tree_util import PyTreeDef
 
 from .._declare.component import Component
-from .._declare.layout import complete, layout_of, rebuilt
+from .._declare.layout import complete, layout_of
 from .._declare.node import check_is_node
 from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
@@ -73,7 +73,7 @@ def _system(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System
 @made_once(maxsize=256)
 def _complete(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The system of all complete models with this tree structure and leaves of these shapes; cached."""
-    return build(structure.unflatten([jax.ShapeDtypeStruct(shape, float) for shape in shapes]))
+    return build(structure.unflatten(list(map(_shape, shapes))))
 
 
 def check_structure(model: object, system: System, what: str) -> None:
@@ -87,8 +87,13 @@ def check_structure(model: object, system: System, what: str) -> None:
 
 def _shapes(model: Component) -> Component:
     """A model with the shapes of its leaves in place of their values, from which its system can be rebuilt."""
-    shape_of = lambda path, declaration, value: jax.ShapeDtypeStruct(np.shape(value), float)  # noqa: E731
-    return rebuilt(complete(model), shape_of)
+    leaves, structure = jax.tree_util.tree_flatten(complete(model))
+    return structure.unflatten([_shape(np.shape(leaf)) for leaf in leaves])
+
+
+@ft.lru_cache(maxsize=1024)
+def _shape(shape: tuple[int, ...]) -> jax.ShapeDtypeStruct:
+    return jax.ShapeDtypeStruct(shape, float)
 
 
 def _again(model: Component, pivots: np.ndarray | None) -> System:

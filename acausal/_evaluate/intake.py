@@ -35,8 +35,12 @@ class Intake:
     used: tuple[tuple[int, int], ...]
 
     def inputs(self, model: Component) -> Inputs:
-        """The inputs of the compiled functions, from a model."""
-        return self.inputs_of(complete_leaves(model)[0])
+        """The inputs of the compiled functions, from a model. Those of a large one hold no leaves: thousands of
+        arguments would slow each call down.
+        """
+        found = self.inputs_of(complete_leaves(model)[0])
+        is_large = len(self.flat.leaves) > LARGE
+        return dataclasses.replace(found, params=ModelParameters(found.params.slots)) if is_large else found
 
     def inputs_of(self, leaves: Sequence[Numbers | None]) -> Inputs:
         """The inputs from the leaves of a model; None for a missing start value."""

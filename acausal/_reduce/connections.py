@@ -31,8 +31,8 @@ class Joints:
     def __init__(self, node_path: Callable[[int], str], *, split: bool = False) -> None:
         self._path = node_path
         self._split = split  # whether the elements of array variables are nodes of their own
-        self.across: list[np.ndarray] = []
-        self.flows: list[np.ndarray] = []
+        self.across: list[tuple[int, int]] = []
+        self.flows: list[tuple[int, int]] = []
         self.joined_outside: list[np.ndarray] = []
         self.need: list[int] = []
 
@@ -80,11 +80,12 @@ class Joints:
                     f"{where}: {self._name(a)} and {self._name(b)} stand for {np.size(left)} and {np.size(right)} "
                     "ports. Select equally many members of both arrays, or a single one."
                 )
-            pairs = np.stack([np.ravel(left), np.ravel(right)], axis=1)
-            if declaration is not None and declaration.role == "flow":
-                self.flows.append(2 * pairs + np.array([side_a, side_b]))
+            is_flow = declaration is not None and declaration.role == "flow"
+            pairs = np.ravel(left).tolist(), np.ravel(right).tolist()
+            if is_flow:
+                self.flows += [(2 * i + side_a, 2 * j + side_b) for i, j in zip(*pairs, strict=True)]
             else:
-                self.across.append(pairs)
+                self.across += zip(*pairs, strict=True)
 
     def _check_alike(self, a: Port, b: Port, where: str) -> None:
         alike = type(a) is type(b) or _family(type(a)) & _family(type(b))
@@ -104,8 +105,7 @@ class Joints:
             if node not in connected:
                 port = self._path(node).rpartition(".")[0]
                 complain(ModelError(f"{port} is not connected: it needs a connection that determines its value."))
-        across = np.concatenate(self.across) if self.across else np.zeros((0, 2), int)
-        edges = np.concatenate(self.flows) if self.flows else np.zeros((0, 2), int)
+        across, edges = (np.array(pairs, int).reshape(-1, 2) for pairs in (self.across, self.flows))
         ends = np.unique(np.concatenate([2 * flow_nodes, np.ravel(edges)]))
         return across, _flow_sets(ends, edges)
 

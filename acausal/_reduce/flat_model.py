@@ -168,6 +168,10 @@ class FlatModel:
         return np.array([leaf.first if leaf.declaration.is_variable else -1 for leaf in self.leaves], dtype=int)
 
     @ft.cached_property
+    def _leaf_counts(self) -> np.ndarray:
+        return np.array([leaf.count for leaf in self.leaves], dtype=int)
+
+    @ft.cached_property
     def leaf_of_node(self) -> np.ndarray:
         counts = [self.leaves[i].count for i in self.variable_leaves]
         return np.repeat(np.array(self.variable_leaves, dtype=int), counts)
@@ -183,14 +187,13 @@ class FlatModel:
 
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
         """The first node of each slot of each instance; -1 for a parameter."""
-        rows = []
-        slots, n_truths = np.arange(instances.kind.n_own), len(instances.kind.sizes) - instances.kind.n_own
-        for first_leaf, count in zip(instances.first_leaf, instances.counts, strict=True):
-            firsts = self.firsts[first_leaf + slots]
-            elements = np.array([self.leaves[first_leaf + slot].count for slot in slots], dtype=int) // count
-            own = np.where(firsts < 0, -1, firsts + np.arange(count)[:, None] * elements)
-            rows.append(np.pad(own, ((0, 0), (0, n_truths)), constant_values=-1))
-        return np.concatenate(rows)
+        slots, counts = np.arange(instances.kind.n_own), instances.counts
+        leaves = np.array(instances.first_leaf, int)[:, None] + slots
+        elements = self._leaf_counts[leaves] // counts[:, None]
+        inside = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        firsts = np.repeat(self.firsts[leaves], counts, axis=0)
+        own = np.where(firsts < 0, -1, firsts + inside[:, None] * np.repeat(elements, counts, axis=0))
+        return np.pad(own, ((0, 0), (0, len(instances.kind.sizes) - len(slots))), constant_values=-1)
 
 
 def reference_of(leaves: Iterable[FlatLeaf]) -> str:

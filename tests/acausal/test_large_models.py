@@ -10,6 +10,7 @@ import pytest
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
 from acausal._evaluate import intake
+from acausal._evaluate.building import system_of
 
 
 class Tank(Component):
@@ -64,3 +65,14 @@ def test_functions_read_parameters_that_are_collected(monkeypatch: pytest.Monkey
     }
     for name, values in derivatives.items():
         np.testing.assert_allclose(values, expected[name], rtol=1e-6, atol=1e-6, err_msg=name)
+
+
+def test_inputs_of_a_large_model_hold_no_separate_leaves(monkeypatch: pytest.MonkeyPatch) -> None:
+    model = Tanks(parts=tuple(Tank(T=2.0 + 0.1 * i) for i in range(9)))
+    system = system_of(model)
+    y = jnp.arange(1.0, 10.0)
+    rates = system.vector_field(0.0, y, system.pack(model))
+    monkeypatch.setattr(intake, "LARGE", 10)
+    inputs = system.pack(model)
+    assert not inputs.params.leaves
+    np.testing.assert_allclose(system.vector_field(0.0, y, inputs), rates, rtol=1e-14)
