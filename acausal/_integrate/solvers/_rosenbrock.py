@@ -26,9 +26,7 @@ State = Float[Array, " n"]
 Matrix = Float[Array, "n n"]
 Stages = Float[Array, "s n"] | list[State]
 LARGEST_CONSTANT = 100
-LARGEST_FUSED = (
-    100  # length of sums of stages, above which XLA on CPU calls a library with threads unless it is written out
-)
+LARGEST_FUSED = 100  # length of stages above which XLA on CPU hands their sums to a library with threads
 FILTERS = 4  # passes that remove the non-stiff part of a correction
 SLOWLY, FAST = 8, 512  # decay exponents, within a step, of the corrections at its end and at its start
 AT_ONCE = 2**30  # decay exponent of the rounding error at the start
