@@ -23,6 +23,7 @@ from acausal import (
     eq,
     ifelse,
     positive,
+    prefer,
     refuse,
     repeat,
     shape,
@@ -281,6 +282,31 @@ def stick_slip() -> Rig:
     return Rig(parts=parts, wiring=_slider)
 
 
+class Striker(Component):
+    """A mass that strikes a wall and drives a rotor through a crank, so that a nonlinear constraint ties their speeds."""
+
+    m: Param[Scalar, "kg"] = 2.0
+    J: Param[Scalar, "kg.m2"] = 0.5
+    r: Param[Scalar, "m"] = 0.3
+    s: Var[Scalar, "m"] = 0.15
+    v: Var[Scalar, "m/s"] = -1.0
+    phi: Var[Scalar, "rad", prefer] = 0.4
+    w: Var[Scalar, "rad/s", prefer] = 0.0
+    f: Var[Scalar, "N"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            crank=eq(self.s, self.r * jnp.sin(self.phi)),
+            speed=eq(self.v, d.s),
+            turns=eq(self.w, d.phi),
+            newton=eq(self.m * d.v, self.f),
+            euler=eq(self.J * d.w, -self.f * self.r * jnp.cos(self.phi)),
+        )
+
+    def events(self) -> Events:
+        return dict(strikes=when((self.s < 0.14) & (self.v < 0.0), v=-0.5 * self.v))
+
+
 def _spring(table: Any, mass: Any) -> Connections:
     return (connect(table.flange, mass.a),)
 
@@ -304,4 +330,5 @@ MODELS: dict[str, Callable[[], Component]] = {
     "nonlinear block": nonlinear_block,
     "stick-slip": stick_slip,
     "tabulated spring": tabulated_spring,
+    "striker": Striker,
 }

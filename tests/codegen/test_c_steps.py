@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _c_models import Ball, Clock, motor_servo, nonlinear_block, rectifier, sampled_servo, stick_slip
+from _c_models import Ball, Clock, Striker, motor_servo, nonlinear_block, rectifier, sampled_servo, stick_slip
 from _compiled import COMPILER, STRICT, Compiled, needs_compiler
 
 from acausal import Component, replace, simulate
@@ -141,6 +141,18 @@ def test_small_steps_approach_the_run(
         assert min(compiled.call("step") for _ in range(2000)) >= 0
         found.append(compiled.outputs[name])
     np.testing.assert_allclose(found, wanted, rtol=0.0, atol=tolerance * np.max(np.abs(wanted)))
+
+
+def test_an_event_sets_a_variable_that_constraints_tie_to_the_states(tmp_path: Path) -> None:
+    compiled = Compiled(Striker(), tmp_path, "rk4", 1e-4, outputs=["v", "s", "w"])
+    compiled.call("initialise")
+    before = compiled.outputs
+    while compiled.call("step") == 0:
+        before = compiled.outputs
+    after = compiled.outputs
+    assert after["s"] < 0.14
+    assert after["v"] == pytest.approx(-0.5 * before["v"], rel=1e-3)
+    assert after["v"] / after["w"] == pytest.approx(np.sqrt(0.09 - after["s"] ** 2), rel=1e-12)
 
 
 def test_parameters_are_tunable_and_their_requirements_are_checked(tmp_path: Path) -> None:
