@@ -17,6 +17,8 @@ from .model import CModel
 from .programs import Direct, Implicit, Source
 from .writer import Writer
 
+LONG = 20  # number of statements from which a test whether a function is needed pays off
+
 
 @dataclasses.dataclass(frozen=True)
 class ImplicitAlong:
@@ -61,12 +63,41 @@ class MovedRoot:
 
 
 @dataclasses.dataclass(frozen=True)
+class Moved:
+    """The derivatives of the unknowns of a direct block. If its function is long, it is called only if something that
+    it reads moves.
+    """
+
+    call: Call
+
+    @property
+    def function(self) -> CFunction:
+        return self.call.function
+
+    def write(self, writer: Writer) -> None:
+        pairs = zip(self.call.arguments, self.function.inputs, strict=True)
+        moving = [(places, parameter) for places, parameter in pairs if places.space in ("dv", "dt")]
+        shapes = [p.shape for _, p in moving] + [p.shape for p in self.function.outputs]
+        is_single = self.call.count == 1 and not any(shapes)
+        if len(self.function.body) <= LONG or not is_single or not moving:
+            self.call.write(writer)
+            return
+        with writer.loops(1) as index:
+            tests = [f"{operand(places, index, is_array=False)} != 0.0" for places, _ in moving]
+            results = [operand(places, index, is_array=False) for places in self.call.results]
+        with writer.block(f"if ({' || '.join(tests)})"):
+            self.call.write(writer)
+        writer.line("else")
+        writer.line(f"    {' = '.join(results)} = 0.0;")
+
+
+@dataclasses.dataclass(frozen=True)
 class Along:
     """The functions and calls that compute the tangents of the values that the rates need, and those of the rest."""
 
     functions: list[CFunction]
-    calls: list[Call | MovedRoot]
-    rest: list[Call | MovedRoot]
+    calls: list[Moved | MovedRoot]
+    rest: list[Moved | MovedRoot]
 
     @property
     def has_roots(self) -> bool:
@@ -77,21 +108,22 @@ class Along:
 def along(model: CModel, *, with_rest: bool = False) -> Along:
     """The tangents of the rates, or of all values, from those of the states and of the time."""
     functions: dict[int, CFunction | ImplicitAlong] = {}
-    calls: list[Call | MovedRoot] = []
+    calls: list[Moved | MovedRoot] = []
     groups, evaluations = model.groups(model.system.rates), model.rates
     if with_rest:
         groups, evaluations = [*groups, *model.groups_of_rest], [*evaluations, *model.rest]
     for group, evaluation in zip(groups, evaluations, strict=True):
         code, source = model.code(group), model.source(group)
+        if id(code) not in functions:
+            functions[id(code)] = _direct(source, code) if isinstance(code, Direct) else _implicit(source, code)
+        own = functions[id(code)]
         if isinstance(code, Direct):
-            own = functions.setdefault(id(code), _direct(source, code))
             assert isinstance(own, CFunction)
             calls.append(_call(model, group, code, own))
         else:
-            both = functions.setdefault(id(code), _implicit(source, code))
-            assert isinstance(both, ImplicitAlong)
+            assert isinstance(own, ImplicitAlong)
             assert isinstance(evaluation, Solve)
-            calls.append(_moved(model, group, evaluation, both))
+            calls.append(_moved(model, group, evaluation, own))
     found: list[CFunction] = []
     for item in functions.values():
         found += [item] if isinstance(item, CFunction) else [item.residual, item.unknowns]
@@ -126,14 +158,14 @@ def _direct(source: Source, code: Direct) -> CFunction:
     return dataclasses.replace(function, takes=used)
 
 
-def _call(model: CModel, group: Group, code: Direct, function: CFunction) -> Call:
+def _call(model: CModel, group: Group, code: Direct, function: CFunction) -> Moved:
     operands = model.operands(group)
     every = [operands[i] for i in code.reads]
     every += [_tangent(operands[i]) for i in _moving(model.source(group), code.reads)]
     results = tuple(
         _tangent(model.layout.values([use.gives[i] for use in group.uses])) for i in range(len(group.program.shapes))
     )
-    return Call(function, tuple(every[i] for i in function.takes), results, ())
+    return Moved(Call(function, tuple(every[i] for i in function.takes), results, ()))
 
 
 def _tangent(places: Places) -> Places:

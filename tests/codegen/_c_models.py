@@ -283,15 +283,15 @@ def stick_slip() -> Rig:
 
 
 class Striker(Component):
-    """A mass that strikes a wall and drives a rotor through a crank, so that a nonlinear constraint ties their speeds."""
+    """A mass that strikes a wall and drives a rotor through a crank: a nonlinear constraint ties their speeds."""
 
     m: Param[Scalar, "kg"] = 2.0
     J: Param[Scalar, "kg.m2"] = 0.5
     r: Param[Scalar, "m"] = 0.3
     s: Var[Scalar, "m"] = 0.15
-    v: Var[Scalar, "m/s"] = -1.0
-    phi: Var[Scalar, "rad", prefer] = 0.4
-    w: Var[Scalar, "rad/s", prefer] = 0.0
+    v: Var[Scalar, "m/s"] = 0.0
+    phi: Var[Scalar, "rad", prefer] = 0.45
+    w: Var[Scalar, "rad/s", prefer] = -3.0
     f: Var[Scalar, "N"] = 0.0
 
     def equations(self, d: Self) -> Equations:

