@@ -13,15 +13,15 @@ from jax import Array
 from .._jax_private import ClosedJaxpr, JaxprEqn
 from .jaxpr import bind, called, interpreted, shape_of
 
-_ELEMENTWISE = frozenset(
+ELEMENTWISE = frozenset(
     """
     add add_any sub mul div neg pow integer_pow square sqrt rsqrt cbrt exp exp2 expm1 log log1p log2
     one_minus_square sin cos tan asin acos atan atan2 sinh cosh tanh asinh acosh atanh logistic erf abs sign max min
     floor ceil round rem select_n lt le gt ge eq ne and or not convert_element_type is_finite copy
     """.split()
 )
-_MOVES = frozenset(("slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))
-_INDEXED_MOVES = frozenset(("gather", "dynamic_slice"))
+MOVES = frozenset(("slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))
+INDEXED_MOVES = frozenset(("gather", "dynamic_slice"))
 
 
 def element_values(closed: ClosedJaxpr, inputs: Sequence[np.ndarray]) -> np.ndarray:
@@ -61,9 +61,9 @@ def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:
     if not any(symbolic):
         with jax.ensure_compile_time_eval():
             return [np.asarray(value) for value in bind(eqn, [jnp.asarray(arg) for arg in args])]
-    if name in _ELEMENTWISE:
+    if name in ELEMENTWISE:
         return [_elementwise(eqn, args)]
-    if name in _MOVES or (name in _INDEXED_MOVES and not any(symbolic[1:])):
+    if name in MOVES or (name in INDEXED_MOVES and not any(symbolic[1:])):
         return [_moved(eqn, args)]
     if name == "concatenate":
         return [np.concatenate([arg.astype(object) for arg in args], axis=eqn.params["dimension"])]

@@ -14,6 +14,7 @@ from acausal._evaluate.building import system_of
 from acausal._evaluate.dependence import dependence
 from acausal._integrate.loop import steps
 from acausal._integrate.setup import pattern
+from components.hydraulic import ConstantPressure, Pipe, iso_vg_46
 from components.rotational import Fixed, Inertia, SpringDamper
 
 N = 5
@@ -57,10 +58,25 @@ def results(c: float, model: Chain) -> jax.Array:
     return jnp.stack([solution[f"inertias[{N - 1}].a.phi"][-1], solution.integrals["square"][-1], solution.t1])
 
 
-def test_the_structure_is_that_of_the_jacobian() -> None:
-    system = system_of(chain())
+class Line(Component):
+    """A pipe between a closed end and a given pressure."""
+
+    source: ConstantPressure
+    pipe: Pipe
+
+    def connections(self) -> Connections:
+        return (connect(self.source.port, self.pipe.a),)
+
+
+LINE = Line(source=ConstantPressure(pressure=1e6), pipe=Pipe(n=9, length=1.0, diameter=0.01, liquid=iso_vg_46()))
+
+
+@pytest.mark.parametrize("model", [chain(), LINE], ids=["array of components", "array variables"])
+def test_the_structure_is_that_of_the_jacobian(model: Component) -> None:
+    system = system_of(model)
     structure = dependence(system.plan, system.rates).toarray() != 0
-    inputs, y = system.pack(chain()), jnp.asarray(np.random.default_rng(0).normal(size=len(system.nominals)))
+    y = jnp.asarray(np.random.default_rng(0).normal(size=len(system.nominals)) * system.nominals)
+    inputs = system.pack(model)
     jacobian = np.asarray(jax.jacfwd(lambda y: system.vector_field(0.0, y, inputs))(y))
     assert not (jacobian[~structure] != 0.0).any()
     assert structure.sum() < 5 * len(y)
