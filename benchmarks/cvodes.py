@@ -18,7 +18,7 @@ from ._rows import Row, compared
 from ._timing import fastest
 
 ERRORS = (2e-6, 1e-8)  # of the opening time, relative
-LIMIT = 1.0
+LIMIT = 0.5
 ABSOLUTE = (1.0, 0.1, 0.01)  # absolute tolerances that CVODES tries, over the relative one
 
 
