@@ -117,19 +117,48 @@ static void fmu_go_to(Instance *i, double t, double h, double theta)
     i->state.is_evaluated = 0;
 }
 
-/* Whether a relation of the model has changed since the last event. */
-static int fmu_has_changed(Instance *i)
+/* How far the first relation to change since the last event has changed: positive if one has. */
+static double fmu_change(Instance *i)
 {
+    double most = -INFINITY;
 #ifdef HAS_EVENTS
     double z[N_INDICATORS + 1];
     fmu_indicators(i, z);
     for (int k = 0; k < N_INDICATORS; k++)
-        if (i->state.model.truths[k] ? z[k] < 0.0 : z[k] > 0.0)
-            return 1;
+        most = fmax(most, i->state.model.truths[k] ? -z[k] : z[k]);
 #else
     (void)i;
 #endif
-    return 0;
+    return most;
+}
+
+/* Goes to just after the first change of a relation within the last step, by secants (Illinois) and bisection. The
+   changes at the start and at the end of the step are given. */
+static void fmu_locate(Instance *i, double t, double h, double at_start, double at_end)
+{
+    const double close = fmax(4e-16 * fabs(t) / h, 1e-15);
+    double low = 0.0, high = 1.0, width = 1.0;
+    for (int tries = 0; high - low > 2.0 * close; tries++) {
+        double middle = isfinite(at_start) ? low - at_start * (high - low) / (at_end - at_start) : 0.5 * (low + high);
+        if (tries % 3 == 2) {
+            if (high - low > 0.5 * width)
+                middle = 0.5 * (low + high);
+            width = high - low;
+        }
+        middle = fmin(fmax(middle, low + close), high - close);
+        fmu_go_to(i, t, h, middle);
+        const double here = fmu_change(i);
+        if (here > 0.0) {
+            high = middle;
+            at_end = here;
+            at_start *= 0.5;
+        } else {
+            low = middle;
+            at_start = here;
+            at_end *= 0.5;
+        }
+    }
+    fmu_go_to(i, t, h, high);
 }
 
 /* One step, at most to the time `to`: it ends where a relation changes. Returns 0 if there is no step. */
@@ -137,6 +166,7 @@ static int fmu_take_step(Instance *i, double to)
 {
     MODEL *m = &i->state.model;
     const double t = m->t, room = to - t;
+    const double before = fmu_change(i);
     double h = i->state.size > 0.0 ? i->state.size : 1e-4 * room;
     memcpy(i->work.y0, m->x, N_ALL * sizeof(double));
     for (int tries = 0; tries < MOST_REJECTED; tries++) {
@@ -149,17 +179,9 @@ static int fmu_take_step(Instance *i, double to)
             i->state.size = h < room || factor < 1.0 ? factor * h : fmax(i->state.size, h);
             fmu_go_to(i, t, h, 1.0);
             m->t = h < room ? m->t : to;
-            if (fmu_has_changed(i)) {
-                double low = 0.0, high = 1.0;
-                while ((high - low) * h > 4e-16 * fabs(t) && high - low > 1e-15) {
-                    const double middle = 0.5 * (low + high);
-                    fmu_go_to(i, t, h, middle);
-                    if (fmu_has_changed(i))
-                        high = middle;
-                    else
-                        low = middle;
-                }
-                fmu_go_to(i, t, h, high);
+            const double change = fmu_change(i);
+            if (change > 0.0) {
+                fmu_locate(i, t, h, before, change);
                 i->work.has_event = 1;
             }
             remember(m);
