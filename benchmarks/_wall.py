@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal import Array, Component, Connections, connect, repeat, replace, simulate
+from acausal import Array, Component, Connections, connect, linearise, repeat, replace, simulate
 from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
 
 from ._effort import Effort
@@ -17,6 +17,7 @@ from ._timing import fastest
 LIMITS = {100: 0.1, 200: 0.15, 1000: 0.8, 100_000: 150.0}  # ms a step
 AGAINST_CVODE = 2.0
 GRADIENT = 6.0  # times a run
+POLES = 1.0  # s
 HOT, COLD = 400.0, 293.15  # K
 CONDUCTANCE = 10.0  # W/K, with capacities of 1 J/K
 END, RTOL, FINE = 50.0, 1e-6, 1e-9
@@ -56,7 +57,7 @@ def rows_of_walls(effort: Effort) -> list[Row]:
     np.testing.assert_allclose(_end(model).final.capacities.item.T, other(), rtol=1e-4)
     name = f"wall of {n} nodes: run"
     rows.append(compared(name, 1e3 * times["own"], "ms", 1e3 * times["cvode"], "CVODE, banded", AGAINST_CVODE))
-    return [*rows, _gradient(n, effort)]
+    return [*rows, _gradient(n, effort), _poles(n, effort)]
 
 
 def _gradient(n: int, effort: Effort) -> Row:
@@ -72,6 +73,14 @@ def _gradient(n: int, effort: Effort) -> Row:
     times = fastest({name: lambda f=f: f(given) for name, f in functions.items()}, min(effort.repeats, 20))
     name = f"wall of {n} nodes: reverse gradient for all conductances"
     return compared(name, 1e3 * times["gradient"], "ms", 1e3 * times["run"], "run", GRADIENT)
+
+
+def _poles(n: int, effort: Effort) -> Row:
+    """The slowest poles of a wall."""
+    model, count = wall(n), min(6, n)
+    seconds = fastest({"poles": lambda: linearise(model).poles_near(count=count)}, min(effort.repeats, 5))["poles"]
+    name = f"wall of {n} nodes: linearise, and the {count} slowest poles"
+    return Row(name, seconds, "s", f"limit: {POLES:g} s", seconds / POLES, 1.0)
 
 
 def _end(model: Wall, rtol: float = RTOL) -> Any:

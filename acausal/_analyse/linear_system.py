@@ -13,6 +13,7 @@ from .._extras import Axes, Panels, needed
 from . import realisation, responses
 from .eigenmodes import Modes, Shares, modes_of, poles_of
 from .operating_point import OperatingPoint
+from .poles_near import poles_near
 from .stability_margins import Margins, margins
 from .storage import energy_shares
 from .zeros import TransferFunction, dc_gain, transfer_function, transmission_zeros
@@ -56,6 +57,13 @@ class LinearSystem(eqx.Module):
     def poles(self) -> Complex[Array, " n"]:
         """Eigenvalues of A in 1/s, in ascending order of magnitude; differentiable if they are simple."""
         return poles_of(self._scaled[0])
+
+    def poles_near(self, shift: complex = 0.0, count: int = 6) -> Complex[np.ndarray, " count"]:
+        """The poles closest to `shift` in 1/s, from sparse factors of A - shift: fast for thousands of states.
+
+        Raises `ArgumentError` if `shift` is a pole itself, such as 0 of a free shaft.
+        """
+        return poles_near(np.asarray(self._scaled[0]), complex(shift), count)
 
     @property
     def modes(self) -> Modes:
