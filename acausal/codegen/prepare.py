@@ -36,7 +36,7 @@ def c_model(
         )
     leaves = complete_leaves(model)[0]
     system.intake.check(leaves)
-    inputs = system.pack(model)
+    inputs = system.intake.inputs_of(leaves)
     layout = Numbering(system)
     numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
     return CModel(

@@ -182,6 +182,12 @@ class Ball(Component):
         )
 
 
+class Balls(Component):
+    """Balls, one by one."""
+
+    balls: tuple[Ball, ...]
+
+
 class Clock(Component):
     """Single and repeated time events, one of whose times an event changes, and an `ifelse`."""
 

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _c_models import Ball, Clock, Striker, motor_servo, nonlinear_block, rectifier, sampled_servo, stick_slip
+from _c_models import Ball, Balls, Clock, Striker, motor_servo, nonlinear_block, rectifier, sampled_servo, stick_slip
 from _compiled import COMPILER, STRICT, Compiled, needs_compiler
 
 from acausal import Component, replace, simulate
@@ -91,6 +91,16 @@ def test_a_ball_rebounds(tmp_path: Path) -> None:
     while compiled.call("step") >= 0:
         assert compiled.struct.t < 1.0
     assert compiled.struct.refused == b"far: the ball flies away"
+
+
+@pytest.mark.thorough
+def test_a_model_with_many_parameters(tmp_path: Path) -> None:
+    """Above 300 leaves, the engine holds parameters by component class."""
+    balls = tuple(Ball(h=-1.0, v=-1.0) if k == 70 else Ball() for k in range(80))
+    compiled = Compiled(Balls(balls=balls), tmp_path, "explicit", outputs=["balls[70].v", "balls[71].v"])
+    assert len(compiled.model.system.flat.leaves) > 300
+    assert compiled.call("initialise") == 1
+    assert compiled.outputs == {"balls[70].v": 0.8, "balls[71].v": 0.0}
 
 
 def test_time_events(tmp_path: Path) -> None:
