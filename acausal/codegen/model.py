@@ -63,8 +63,10 @@ class CModel:
     def state_ranges(self) -> list[tuple[Ranges, np.ndarray]]:
         """The declared ranges of states, and the positions of these states."""
         table, plan = self.system.ordered.table, self.system.plan
-        found = [(ranges_of_pair(table, pair), plan.elements(pair)) for pair in self.system.states]
-        return [(ranges, places) for ranges, places in found if ranges]
+        found: dict[Ranges, list[np.ndarray]] = {}
+        for pair in self.system.states:
+            found.setdefault(ranges_of_pair(table, pair), []).append(plan.elements(pair))
+        return [(ranges, np.concatenate(places)) for ranges, places in found.items() if ranges]
 
     @ft.cached_property
     def rates(self) -> list[Call | Solve]:

@@ -52,7 +52,7 @@ class Writer:
     @contextlib.contextmanager
     def block(self, head: str) -> Iterator[None]:
         """Statements in braces."""
-        self.line(f"{head} {{")
+        self.line(f"{head} {{".lstrip())
         self._depth += 1
         yield
         self._depth -= 1
