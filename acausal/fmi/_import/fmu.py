@@ -52,7 +52,10 @@ def FMU(
         raise ModelError(f"There is no file {file}.")
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     is_sampled = step is not None
-    whole = {v.field for v in class_of(Key(path, digest, outputs, (), differences, is_sampled))._of.fixed}
+    of = class_of(Key(path, digest, outputs, (), differences, is_sampled))._of
+    if not is_sampled:
+        _check_steps(of, path.name)
+    whole = {v.field for v in of.fixed}
     fixed = tuple(sorted((name, float(values.pop(name))) for name in whole & values.keys()))
     given = {"step": step, **values} if is_sampled else values
     return _component(class_of(Key(path, digest, outputs, fixed, differences, is_sampled)), given)
@@ -67,7 +70,6 @@ def class_of(key: Key) -> type[ImportedFMU]:
     if key.is_sampled:
         calls: Any = SampleCalls(SampledFMU(key.path, key.digest, of, fixed))
     else:
-        _check_steps(of, key.path.name)
         calls = Calls(Functions(key.path, key.digest, of, fixed, key.differences))
     namespace = {"__module__": __name__, "__doc__": _text(of), "_key": key, "_of": of, "_calls": calls}
     return type(base)(key.path.stem, (base,), namespace | {"__annotations__": _fields(of, key.is_sampled)})
