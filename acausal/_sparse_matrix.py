@@ -1,7 +1,8 @@
 """Sparse matrices with a fixed structure, and their factors by elimination in a fixed order."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -76,7 +77,7 @@ class SparseMatrix(eqx.Module):
         vector of `nominal` size are replaced by NaN, which rejects the step.
         """
         of, matrix = self.pattern.elimination, lax.stop_gradient(self)
-        n, x = self.pattern.n, _batched(of, _eliminated)(matrix.entries, matrix.diagonal)
+        n, x = self.pattern.n, _eliminate(of, matrix.entries, matrix.diagonal)
         diagonal, lower, upper = jnp.split(x, [n, n + len(of.below)])
         inverse = 1.0 / diagonal
         found = SparseFactors(matrix, lower * inverse[of.beside], inverse, upper * inverse[of.beside])
@@ -102,11 +103,11 @@ class SparseFactors(eqx.Module):
 
     def substituted(self, b: _Vector) -> _Vector:
         """The same without derivatives."""
-        return _batched(self.matrix.pattern.elimination, _substituted)(self.lower, self.inverse, self.upper, b)
+        return _substitute(self.matrix.pattern.elimination, self.lower, self.inverse, self.upper, b)
 
     def substituted_transposed(self, b: _Vector) -> _Vector:
         """The same with the transposed matrix."""
-        return _batched(self.matrix.pattern.elimination, _substituted)(self.upper, self.inverse, self.lower, b)
+        return _substitute(self.matrix.pattern.elimination, self.upper, self.inverse, self.lower, b)
 
     def is_accurate(self, x: _Vector) -> Array:
         """Whether the solution with the right-hand side of `x` is `x`, except for rounding."""
@@ -121,10 +122,10 @@ class SparseFactors(eqx.Module):
 # side by side in memory.
 
 
-def _eliminated(of: EliminationOrder, entries: Array, diagonal: Array) -> Array:
+def _eliminated(of: EliminationOrder, tables: Sequence[Array], entries: Array, diagonal: Array) -> Array:
     """All entries of the factors L D, D and D U, from those of the matrix and what is added to its diagonal."""
-    x = jnp.zeros((of.size, *entries.shape[1:])).at[: len(diagonal)].set(diagonal).at[of.given].add(entries)
-    updates = [jnp.asarray(table) for table in (of.updated, of.left, of.right, of.pivot)]
+    given, *updates = tables
+    x = jnp.zeros((of.size, *entries.shape[1:])).at[: len(diagonal)].set(diagonal).at[given].add(entries)
 
     def update(i: Array, x: Array) -> Array:
         own, left, right, pivot = (_at(table, i) for table in updates)
@@ -133,10 +134,12 @@ def _eliminated(of: EliminationOrder, entries: Array, diagonal: Array) -> Array:
     return _loop(len(of.updated), update, x)
 
 
-def _substituted(of: EliminationOrder, first: Array, inverse: Array, last: Array, b: Array) -> Array:
+def _substituted(
+    of: EliminationOrder, tables: Sequence[Array], first: Array, inverse: Array, last: Array, b: Array
+) -> Array:
     """The solution with a lower triangle, a diagonal and an upper triangle."""
     n = len(of.below)
-    below, beside = jnp.asarray(of.below), jnp.asarray(of.beside)
+    below, beside = tables
 
     def forward(i: Array, x: Array) -> Array:
         row = _at(below, i)
@@ -162,19 +165,34 @@ def _put(x: Array, value: Array, i: Array) -> Array:
     return lax.dynamic_update_index_in_dim(x, value, i, 0)
 
 
-def _batched(of: EliminationOrder, function: Callable[..., Array]) -> Callable[..., Array]:
-    """A function of arrays whose batches lie along a trailing axis."""
+def _eliminate(of: EliminationOrder, *arrays: Array) -> Array:
+    return _batched(of, _eliminated, (of.given, of.updated, of.left, of.right, of.pivot), arrays)
+
+
+def _substitute(of: EliminationOrder, *arrays: Array) -> Array:
+    return _batched(of, _substituted, (of.below, of.beside), arrays)
+
+
+def _batched(
+    of: EliminationOrder, function: Callable[..., Array], tables: Sequence[np.ndarray], arrays: Sequence[Array]
+) -> Array:
+    """A function of tables and of arrays whose batches lie along a trailing axis.
+
+    The tables are arguments of the mapped function, which `lax.cond` on a batch repeats for each member; the batch uses
+    the given ones.
+    """
 
     @custom_vmap
-    def alone(*arrays: Array) -> Array:
-        return function(of, *arrays)
+    def alone(tables: list[Array], *arrays: Array) -> Array:
+        return function(of, tables, *arrays)
 
     @alone.def_vmap
-    def many(size: int, batched: list[bool], *arrays: Array) -> tuple[Array, bool]:
+    def many(size: int, batched: list[Any], repeated: list[Array], *arrays: Array) -> tuple[Array, bool]:
+        del repeated
         moved = [
             jnp.moveaxis(array, 0, -1) if own else jnp.broadcast_to(array[..., None], (*array.shape, size))
-            for array, own in zip(arrays, batched, strict=True)
+            for array, own in zip(arrays, batched[1:], strict=True)
         ]
-        return jnp.moveaxis(function(of, *moved), -1, 0), True
+        return jnp.moveaxis(function(of, [jnp.asarray(table) for table in tables], *moved), -1, 0), True
 
-    return alone
+    return alone([jnp.asarray(table) for table in tables], *arrays)

@@ -65,6 +65,18 @@ def test_a_batch_of_matrices_and_of_right_hand_sides() -> None:
     np.testing.assert_allclose(many, np.linalg.solve(dense, b.T).T, rtol=1e-11)
 
 
+def test_a_batch_decides_whether_to_solve() -> None:
+    draw = np.random.default_rng(5)
+    matrix, dense = random_matrix(draw, structure_of(draw, 9, 0.2))
+    b = jnp.asarray(draw.normal(size=(2, 9)))
+
+    def solved(is_wanted: jax.Array, b: jax.Array) -> jax.Array:
+        return jax.lax.cond(is_wanted, lambda: matrix.factors().solve(b), lambda: b)
+
+    found = jax.jit(jax.vmap(solved))(jnp.array([True, False]), b)
+    np.testing.assert_allclose(found, [np.linalg.solve(dense, b[0]), b[1]], rtol=1e-11)
+
+
 def test_derivatives_with_respect_to_entries_and_right_hand_side() -> None:
     draw = np.random.default_rng(4)
     matrix, dense = random_matrix(draw, structure_of(draw, 6, 0.3))
