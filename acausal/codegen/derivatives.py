@@ -152,9 +152,7 @@ def _direct(source: Source, code: Direct) -> CFunction:
     whole = jax.make_jaxpr(tangents)(*structs(shapes))
     piece, used = slice_outputs(whole, slice(None))
     outputs = [f"d_{name}" for name in source.output_names]
-    function = function_of(
-        f"{source.name}_along", piece, [names[i] for i in used], outputs, source.tables, source.where
-    )
+    function = function_of(source.named("along"), piece, [names[i] for i in used], outputs, source.tables, source.where)
     return dataclasses.replace(function, takes=used)
 
 
@@ -185,14 +183,14 @@ def _implicit(source: Source, code: Implicit) -> ImplicitAlong:
 
     n = len(code.sizes)
     shapes = [(code.n_inputs,), (n,), (n_moving,), (n,)]
-    name, tables, where = source.name, source.tables, source.where
+    tables, where = source.tables, source.where
     return ImplicitAlong(
         function_of(
-            f"{name}_equations_along", jax.make_jaxpr(residual)(*structs(shapes[:3])), ["in", "x", "din"],
+            source.named("equations_along"), jax.make_jaxpr(residual)(*structs(shapes[:3])), ["in", "x", "din"],
             ["residual"], tables, where, vectors=True,
         ),
         function_of(
-            f"{name}_unknowns_along", jax.make_jaxpr(unknowns)(*structs(shapes)), ["in", "x", "din", "dx"],
+            source.named("unknowns_along"), jax.make_jaxpr(unknowns)(*structs(shapes)), ["in", "x", "din", "dx"],
             [f"d_{own}" for own in source.output_names], tables, where, vectors=True,
         ),
         n_moving,

@@ -19,6 +19,8 @@ from .layout import Numbering, Places, Quantity
 from .programs import Direct, Implicit, Source, is_direct
 from .values import Tables
 
+PUBLIC = "start violation step outputs rates evaluate along initialise events indicators next_time".split()
+
 
 @dataclasses.dataclass(frozen=True)
 class Output:
@@ -91,7 +93,11 @@ class CModel:
 
     @ft.cached_property
     def names(self) -> Names:
-        return Names()
+        """The names of the functions of equations, which differ from those of the public functions."""
+        names = Names()
+        for word in PUBLIC:
+            names.new(f"{self.name}_{word}")
+        return names
 
     @ft.cached_property
     def _sources(self) -> dict[Program, Source]:
@@ -113,6 +119,7 @@ class CModel:
                 tuple(holders[kind].kind.sizes[slot] for kind, slot in program.params),
                 tuple(read.shape for read in group.reads),
                 self.tables,
+                self.names,
                 _comment(program),
             )
         return self._sources[program]

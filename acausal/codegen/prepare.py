@@ -11,6 +11,7 @@ from .._evaluate.building import check_structure, system_of
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._tracing import is_traced
 from .expressions import identifier
 from .layout import Numbering, Places, Quantity
 from .model import CModel, Output
@@ -35,6 +36,10 @@ def c_model(
             "does not project. Remedy: declare a variable `never`, so that fewer states remain (see structure(model))."
         )
     leaves = complete_leaves(model)[0]
+    if any(is_traced(leaf) for leaf in leaves):
+        raise ModelError(
+            "The exported model must have known numbers. Remedy: export it outside of jax.jit, jax.grad and jax.vmap."
+        )
     system.intake.check(leaves)
     inputs = system.intake.inputs_of(leaves)
     layout = Numbering(system)

@@ -18,6 +18,7 @@ from .._evaluate.program import Program
 from .._jax_private import ClosedJaxpr
 from .._reduce.jaxpr import slice_outputs, structs
 from .._reduce.ranges import within
+from .expressions import Names
 from .functions import CFunction, function_of
 from .values import Tables
 
@@ -67,12 +68,17 @@ class Source:
     param_shapes: tuple[Shape, ...]
     value_shapes: tuple[Shape, ...]
     tables: Tables
+    names: Names  # of functions
     comment: str = ""
 
     @property
     def shapes(self) -> list[Shape]:
         """The shapes of all inputs: parameters, values, and the time."""
         return [*self.param_shapes, *self.value_shapes, ()]
+
+    def named(self, what: str) -> str:
+        """The name of another function of the program."""
+        return self.names.new(f"{self.name}_{what}")
 
     def known(self, inputs: Sequence[Array]) -> Known:
         n = len(self.param_shapes)
@@ -141,11 +147,11 @@ class Source:
 
         flat = structs([(n_inputs,), (len(sizes),)])
         equations = function_of(
-            f"{self.name}_equations", jax.make_jaxpr(both)(*flat), ["in", "x"], ["residual", "slopes"], self.tables,
+            self.named("equations"), jax.make_jaxpr(both)(*flat), ["in", "x"], ["residual", "slopes"], self.tables,
             self.where, self.comment, vectors=True,
         )  # fmt: skip
         from_root = function_of(
-            f"{self.name}_unknowns", jax.make_jaxpr(values)(*flat), ["in", "x"], self.output_names, self.tables,
+            self.named("unknowns"), jax.make_jaxpr(values)(*flat), ["in", "x"], self.output_names, self.tables,
             self.where, vectors=True,
         )  # fmt: skip
         is_linear = program.method == "linear"

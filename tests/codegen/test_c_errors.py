@@ -7,6 +7,7 @@ import jax
 import numpy as np
 import pytest
 from _c_models import Ball, Rig, motor_servo
+from _compiled import Compiled, needs_compiler
 
 from acausal import Component, Connections, Equations, ModelError, Param, Scalar, Var, connect, eq
 from acausal.codegen import export_c
@@ -72,3 +73,29 @@ def test_arguments(tmp_path: Path, options: dict[str, Any], message: str) -> Non
 
 def test_a_name_that_c_reserves(tmp_path: Path) -> None:
     assert export_c(Ball(), tmp_path, step=1e-3, name="for").name == "for_"
+
+
+def test_numbers_that_are_not_known(tmp_path: Path) -> None:
+    def traced(g: Scalar) -> Scalar:
+        export_c(Ball(g=g), tmp_path, step=1e-3)
+        return g
+
+    with pytest.raises(ModelError, match=r"must have known numbers\. Remedy: export it outside of jax\.jit"):
+        jax.jit(traced)(9.81)
+
+
+class Awkward(Component):
+    """Equations whose names are those of functions of C code."""
+
+    rates: Var[Scalar, "1"] = 1.0
+    exp: Var[Scalar, "1/s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rates=eq(self.exp, d.rates), rates_along=eq(self.exp, -2.0 * self.rates, check_units=False))
+
+
+@needs_compiler
+def test_names_of_a_model_do_not_collide_with_those_of_its_code(tmp_path: Path) -> None:
+    compiled = Compiled(Awkward(), tmp_path)
+    np.testing.assert_array_equal(compiled.vector("rates", 1), [-2.0])
+    np.testing.assert_array_equal(compiled.vector("along", 1, 0.0, np.ones(1)), [-2.0])
