@@ -15,7 +15,8 @@ _RESERVED = frozenset(
     restrict return short signed sizeof static struct switch typedef union unsigned void volatile while
     acos acosh asin asinh atan atan2 atanh cbrt ceil cos cosh erf erfc exp exp2 expm1 fabs floor fmod gamma hypot j0 j1
     jn lgamma log log10 log1p log2 main nextafter pow rint round sin sinh sqrt tan tanh y0 y1 yn
-    INFINITY NAN
+    INFINITY NAN isfinite isnan
+    abs_int larger larger_int logistic power power_int sign_of sign_of_int smaller smaller_int square within
     """.split()
 )
 
@@ -59,7 +60,8 @@ def call(function: str, *args: Expression) -> Expression:
 def identifier(name: str) -> str:
     """A name of a model as one of C: `a.b[3]` becomes `a_b_3`."""
     text = re.sub(r"\W+", "_", name, flags=re.ASCII).strip("_") or "_"
-    return f"{text}_" if text in _RESERVED or text[0].isdigit() else text
+    text = f"_{text}" if text[0].isdigit() else text
+    return f"{text}_" if text in _RESERVED else text
 
 
 class Names:

@@ -11,6 +11,8 @@ from _compiled import Compiled, needs_compiler
 
 from acausal import Component, Connections, Equations, ModelError, Param, Scalar, Var, connect, eq
 from acausal.codegen import export_c
+from acausal.codegen.expressions import identifier
+from acausal.codegen.primitives import HELPERS
 from components import blocks
 
 
@@ -20,6 +22,11 @@ def in_python(t: Scalar) -> Any:
 
 def _wiring(source: Any, filter: Any) -> Connections:
     return (connect(source.y, filter.u),)
+
+
+def test_names_of_c_are_changed() -> None:
+    assert [identifier(name) for name in ("2 m", "power", "a.b[3]")] == ["_2_m", "power_", "a_b_3"]
+    assert all(identifier(name) != name for name in HELPERS)
 
 
 def test_a_callback_to_python(tmp_path: Path) -> None:

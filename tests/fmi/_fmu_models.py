@@ -3,7 +3,7 @@
 from typing import Any, Self
 
 from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, positive, when
-from components.blocks import Input, Output, Sine
+from components.blocks import Gain, Input, Output, Sine
 from components.rotational import Inertia, SignalSpeed
 
 
@@ -39,6 +39,35 @@ class Forced(Component):
             force=eq(d.v, force, check_units=False),
             power=eq(self.power.value, self.u.value * self.v, check_units=False),
         )
+
+
+class Latch(Component):
+    """It counts how often the state x and the input u become low."""
+
+    x: Var[Scalar, "1"] = -1.0
+    u: Input = Input()
+    low_state: Discrete[Scalar, "1"] = 0.0
+    low_input: Discrete[Scalar, "1"] = 0.0
+    total: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(still=eq(d.x), total=eq(self.total.value, self.low_state + self.low_input))
+
+    def events(self) -> Events:
+        return dict(
+            state=when(self.x < 0.0, low_state=self.low_state + 1.0),
+            input=when(self.u.value < 1.0, low_input=self.low_input + 1.0),
+        )
+
+
+class Inverters(Component):
+    """Two inverters in series, without states."""
+
+    first: Gain
+    second: Gain
+
+    def connections(self) -> Connections:
+        return (connect(self.first.y, self.second.u),)
 
 
 class Driven(Component):

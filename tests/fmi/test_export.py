@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from _fmu_models import Bouncer, Forced, Turned
+from _fmu_models import Bouncer, Forced, Inverters, Turned
 
 from acausal import ModelError
 from acausal.fmi import export_fmu
+from components.blocks import Gain
 from components.rotational import Inertia
 
 fmpy = pytest.importorskip("fmpy")
@@ -82,6 +83,17 @@ def test_parameters_and_states_can_be_set(bouncer: Path) -> None:
         output_interval=3.0,
     )  # fmt: skip
     np.testing.assert_allclose(found["h"][-1], 2.0 * 1.0 - 1.0, rtol=1e-9)  # 1 s after the impact at 2 s, from 2 m/s
+
+
+@pytest.mark.parametrize("name", ["State", "2 inverters"])
+def test_inputs_of_a_model_without_states_stay(name: str, tmp_path: Path) -> None:
+    """The names are also those of C code that all FMUs share, and no name in C."""
+    model = Inverters(first=Gain(k=-1.0), second=Gain(k=-3.0))
+    file = export_fmu(model, tmp_path / f"{name}.fmu", inputs=["first.u"], outputs=["second.y.value"])
+    found = fmpy.simulate_fmu(
+        str(file), start_values={"first.u": 2.0}, stop_time=1.0, output_interval=0.5, fmi_type="CoSimulation"
+    )
+    np.testing.assert_array_equal(found["second.y.value"], [6.0, 6.0, 6.0])
 
 
 def test_variables_have_names_units_and_roles(forced: Path) -> None:

@@ -9,9 +9,9 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
-from _fmu_models import Bouncer, Driven, Forced
+from _fmu_models import Bouncer, Driven, Forced, Latch
 
-from acausal import ArgumentError, ModelError, replace, simulate
+from acausal import ArgumentError, ModelError, SimulationError, replace, simulate
 from acausal.fmi import FMU, FMUWarning, export_fmu
 from components.blocks import Sine
 
@@ -75,6 +75,43 @@ def test_events_happen_as_in_the_model(bouncer: Path, is_copied: bool) -> None:
     np.testing.assert_allclose(found.events.times[::2], own.events.times, atol=1e-9)
     np.testing.assert_allclose(found.final.h.value, own.final.h, atol=1e-8)
     assert found.final.impacts.value == own.final.impacts > 0
+
+
+@pytest.fixture(scope="module")
+def latch(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    file = tmp_path_factory.mktemp("fmu") / "latch.fmu"
+    return export_fmu(Latch(), file, inputs=["u"], outputs=["low_state", "low_input", "total.value"])
+
+
+def counts(calls: Any, number: float, x: float, u: float) -> list[float]:
+    """The two counts and their sum in a discrete state of the FMU."""
+    return calls.values.host(int(number), np.array([3.0, x, u]), np.zeros(0))[1:4].tolist()
+
+
+def test_the_first_event_sees_the_states_and_inputs_of_the_model(latch: Path) -> None:
+    calls = FMU(latch)._calls
+    high, low = (calls.event.host(0, np.array([3.0, x, u]), np.zeros(0)) for x, u in [(1.0, 5.0), (1.0, 0.0)])
+    assert counts(calls, high[0], 1.0, 5.0) == [0.0, 0.0, 0.0]
+    assert counts(calls, low[0], 1.0, 0.0) == [0.0, 1.0, 1.0]
+
+
+def test_an_event_that_happens_again_has_its_own_values(latch: Path) -> None:
+    calls = FMU(latch)._calls
+    first = calls.event.host(0, np.array([3.0, 1.0, 5.0]), np.zeros(0))[0]
+    for _ in range(2):
+        assert counts(calls, first, -1.0, 5.0) == [0.0, 0.0, 0.0]
+        after = calls.event.host(int(first), np.array([3.0, -1.0, 5.0]), np.zeros(0))[0]
+        assert counts(calls, after, -1.0, 5.0) == [1.0, 0.0, 1.0]
+
+
+def test_the_first_sample_sees_the_inputs(latch: Path) -> None:
+    sample = FMU(latch, step=0.1)._calls.sample.host(-1, np.array([0.0, 0.1, 5.0]), np.zeros(0))
+    assert sample[2:].tolist() == [1.0, 0.0, 1.0]
+
+
+def test_a_discrete_state_of_another_process_is_refused(latch: Path) -> None:
+    with pytest.raises(SimulationError, match=r"latch\.fmu has not reached the discrete state .* Remedy: start from"):
+        FMU(latch)._calls.values.host(7, np.array([0.0, 1.0, 5.0]), np.zeros(0))
 
 
 def test_samples_of_co_simulation(bouncer: Path) -> None:

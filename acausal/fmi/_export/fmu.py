@@ -49,13 +49,14 @@ def export_fmu(
         raise ModelError(f"The version of FMI must be '2.0' or '3.0', not {version!r}.")
     number = int(version[0])
     opened, sources = driven(model, inputs)
-    found = c_model(opened, identifier(path.stem), outputs)
+    own = identifier(path.stem)
+    found = c_model(opened, f"{own}_model", outputs)  # not a name of the C code that all FMUs share
     events, tangents = events_of(found), along(found, with_rest=True)
     header = header_of(found, events, "equations of an FMU", DECLARATIONS)
     equations = source_of(found, events, tangents, own_functions(found, events, tangents))
     n_indicators = events.n_relations if events else 0
     variables = variables_of(found, inputs, sources, n_indicators)
-    about = About(path.stem, found.name, _token(header, equations, repr(variables)), _text(model), stop_time)
+    about = About(path.stem, own, _token(header, equations, repr(variables)), _text(model), stop_time)
     texts = {
         f"{found.name}.h": header,
         f"{found.name}.c": equations,
@@ -66,8 +67,8 @@ def export_fmu(
     }
     contents |= {f"sources/{name}": text for name, text in texts.items()}
     if number == 3:
-        contents["sources/buildDescription.xml"] = build_description(found.name)
-    contents |= libraries(texts, found.name, platforms, number)
+        contents["sources/buildDescription.xml"] = build_description(own)
+    contents |= libraries(texts, own, platforms, number)
     write(path, contents)
     return path
 

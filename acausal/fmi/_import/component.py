@@ -30,8 +30,7 @@ class Key:
 class ImportedFMU(Component, partial=True):
     """What FMUs for model exchange and for co-simulation share.
 
-    The discrete states of an FMU are numbered in the order in which it reaches them; `reached` is the number of the
-    present one.
+    The discrete states of an FMU have numbers; `reached` is that of the present one.
     """
 
     t: Time[Scalar, "s"] = 0.0

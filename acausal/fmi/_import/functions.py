@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 
 from ..._errors import ModelError, SimulationError
-from .description import REAL, Description, ImportedVariable, size_of
+from .description import REAL, Description, ImportedVariable, placed, size_of
 from .instance import AfterEvent, Instance, provides_directional
-from .machine import FIRST, NONE, Machine, Reached
+from .machine import FIRST, NONE, Key, Machine, Reached
 
 DISCARDED = 2  # status of a call of FMI outside the range of the model
 STEP, SECOND_STEP = 6e-6, 1e-4  # steps of central differences, relative to the size, for first and second derivatives
@@ -24,7 +24,7 @@ class Functions(Machine[AfterEvent]):
         self, path: Path, digest: str, description: Description, fixed: Sequence[float], by_differences: bool
     ) -> None:
         super().__init__(path, digest, description, fixed)
-        self._reached.append(Reached(NONE, np.zeros(0)))  # the first, of which `values` may be asked before any event
+        self._reached[FIRST] = Reached(NONE, np.zeros(0))  # of which `values` may be asked before any event
         self._by_differences = by_differences
         self._has_directional = provides_directional(self.folder)
         self._place: np.ndarray | None = None  # the point of the instance
@@ -62,11 +62,11 @@ class Functions(Machine[AfterEvent]):
 
     def event(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """An event: the number of the new discrete state, whether the FMU ends the run, the time of the next event, the
-        signs of the event indicators, and the jumps of the states.
+        signs of the event indicators, and the jumps of the states. The first event is the initialisation.
         """
         states = slice(1, 1 + self.description.n_states)
         with self._lock:
-            new, said = self._next(number, point, parameters)
+            new, said = self._next(NONE if number == FIRST else number, point, parameters)
             moved = point.copy()
             moved[states] = said.states
             values = self.values(new, moved, parameters)
@@ -145,22 +145,33 @@ class Functions(Machine[AfterEvent]):
     # the instance
 
     def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> AfterEvent:
+        of = self.description
         if to.before == NONE:
-            experiment = self.description.raw.defaultExperiment
-            self._instance.initialise(float((experiment and experiment.startTime) or 0.0), parameters)
-        else:
-            self._move(to.point)
-            self._instance.fmu.enterEventMode()
-        self._place = None
+            if not to.point.size:
+                experiment = of.raw.defaultExperiment
+                self._instance.initialise(float((experiment and experiment.startTime) or 0.0), parameters)
+                return self._instance.end_event()
+            given = [(v, to.point[place : place + v.count]) for v, place in placed(of.states, 1) if v.is_given]
+            inputs = [(v, to.point[place : place + v.count]) for v, place in placed(of.inputs, 1 + of.n_states)]
+            self._instance.initialise(to.point[0], [*parameters, *given, *inputs])
+            said = self._instance.end_event()
+            if all(v.is_given for v in of.states):
+                return said
+        self._move(to.point)
+        self._instance.fmu.enterEventMode()
         return self._instance.end_event()
+
+    def _reach(self, key: Key, parameters: np.ndarray) -> None:
+        leaves = key != self._current
+        super()._reach(key, parameters)
+        self._place = None if leaves else self._place
 
     @contextlib.contextmanager
     def _at(self, number: int, point: np.ndarray, parameters: np.ndarray) -> Iterator[Instance]:
         """The instance in a discrete state and at a point."""
         with self._lock:
-            key = self._current
             self._go(number, parameters)
-            if key != self._current or self._place is None or not np.array_equal(self._place, point):
+            if self._place is None or not np.array_equal(self._place, point):
                 self._move(point)
             yield self._instance
 

@@ -2,11 +2,12 @@
 
 An FMU is a machine with memory, but a solver evaluates functions: it rejects steps, searches for events and
 differentiates. The discrete states that the FMU has reached are therefore numbered. Each follows from an earlier one at
-a point, or is the first, the end of initialisation. The instance returns to any of them by the FMU's own copy of its
-state, or by repeating the way to it.
+a point, or from initialisation there. The number is a digest of both, so that it never means another discrete state in
+another process. The instance returns to any of them by the FMU's own copy of its state, or by repeating the way to it.
 """
 
 import abc
+import hashlib
 import threading
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,11 +15,11 @@ from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
 import numpy as np
 
-from ..._errors import ModelError
+from ..._errors import ModelError, SimulationError
 from .description import Description, ImportedVariable, placed, size_of
 from .instance import Instance, unpacked
 
-NONE, FIRST = -1, 0  # numbers before initialisation and at its end
+NONE, FIRST = -1, 0  # numbers before initialisation, and at its end with the start values of the FMU
 COPIES = 1000  # largest number of copies of the state of an FMU
 
 A = TypeVar("A")
@@ -46,12 +47,11 @@ class Machine(abc.ABC, Generic[A]):
                 else ("model exchange", "leave out step")
             )
             raise ModelError(f"{path.name} is for {other} only. Remedy: {remedy}.")
-        self.path, self.description = path, description
+        self.path, self.description, self._digest = path, description, digest
         self.folder = unpacked(path, digest)
         self._copies_state = bool(interface.canGetAndSetFMUstate)
         self._fixed = list(zip(description.fixed, map(np.asarray, fixed), strict=True))
-        self._reached: list[Reached] = []
-        self._numbers: dict[Key, int] = {}
+        self._reached: dict[int, Reached] = {}
         self._copies: dict[Key, Any] = {}
         self._said: dict[Key, A] = {}
         self._current: Key | None = None
@@ -69,23 +69,31 @@ class Machine(abc.ABC, Generic[A]):
 
     def _next(self, number: int, point: np.ndarray, parameters: np.ndarray) -> tuple[int, A]:
         """The number of the discrete state that follows at a point, and what the FMU says there."""
-        key = number, point.tobytes()
-        if key not in self._numbers:
-            self._numbers[key] = len(self._reached)
-            self._reached.append(Reached(number, point.copy()))
-        return self._numbers[key], self._go(self._numbers[key], parameters)
+        text = f"{self._digest} {number} {point.tobytes().hex()}"
+        new = 1 + int.from_bytes(hashlib.sha256(text.encode()).digest()[:6], "big")  # exact as a float
+        self._reached.setdefault(new, Reached(number, point.copy()))
+        return new, self._go(new, parameters)
 
     def _go(self, number: int, parameters: np.ndarray) -> A:
         """Bring the instance to a discrete state, from the last one on the way of which there is a copy."""
         text = parameters.tobytes()
         way = [number]
         while (way[-1], text) not in self._copies and (way[-1], text) != self._current:
-            if self._reached[way[-1]].before == NONE:
+            before = self._before(way[-1])
+            if before == NONE:
                 break
-            way.append(self._reached[way[-1]].before)
+            way.append(before)
         for step in reversed(way):
             self._reach((step, text), parameters)
         return self._said[number, text]
+
+    def _before(self, number: int) -> int:
+        if number not in self._reached:
+            raise SimulationError(
+                f"{self.path.name} has not reached the discrete state of this model in this process, where the "
+                "state of an FMU is kept. Remedy: start from the model before its run."
+            )
+        return self._reached[number].before
 
     def _reach(self, key: Key, parameters: np.ndarray) -> None:
         if key == self._current:

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .description import ImportedVariable, size_of
+from .description import ImportedVariable, placed, size_of
 from .machine import NONE, Machine, Reached
 
 
@@ -42,7 +42,8 @@ class SampledFMU(Machine[AfterStep]):
         (time, step), inputs = to.point[:2], to.point[2:]
         instance = self._instance
         if to.before == NONE:
-            instance.initialise(time, parameters)
+            of_inputs = [(v, inputs[place : place + v.count]) for v, place in placed(self.description.inputs)]
+            instance.initialise(time, [*parameters, *of_inputs])
         instance.set(self.description.inputs, inputs)
         ends = to.before != NONE and instance.step(time - step, step)
         return AfterStep(ends, instance.get(self.description.outputs))
