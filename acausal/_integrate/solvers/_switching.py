@@ -12,6 +12,7 @@ from jaxtyping import Array, Bool, Int, PyTree
 from ..._equinox_private import unvmap_any
 from ..._jax_private import jaxpr_as_fun
 from ..._numbers import Numbers
+from ..._tangents import masked
 from ._dopri5 import ExplicitStep, dopri5_step
 from ._rodas5p import Rodas5P
 from ._rosenbrock import RosenbrockInterpolation, State, Work, step_size
@@ -124,9 +125,15 @@ class SwitchingRodas5P(Rodas5P):
     ) -> tuple[Any, Array, MethodChoice]:
         """The outcome of a step, whether it is explicit, and the next choice."""
 
+        def tried(
+            solver: SwitchingRodas5P, t0: Numbers, t1: Any, y0: State, args: PyTree
+        ) -> tuple[ExplicitStep, Array]:
+            found = dopri5_step(solver.field(terms, t0, t1, args), t0, step_size(t0, t1), y0)
+            return found, solver._is_fit(found, y0)
+
         def explicit() -> tuple[ExplicitStep, Array]:
-            found = dopri5_step(self.field(terms, t0, t1, args), t0, step_size(t0, t1), y0)
-            return found, self._is_fit(found, y0)
+            # States of an unstable step may leave their ranges: a step that is not fit has zero derivatives.
+            return masked(tried, lambda _, outcome: outcome[1])(self, t0, t1, y0, args)
 
         is_tried = choice.tries_explicit & _is_alone(jax.lax.stop_gradient(jnp.asarray(t0)))
         explicit, nothing = _traced(explicit)
