@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -38,28 +37,3 @@ def pushed(
         return function(*structure.unflatten(whole))
 
     return jax.jvp(of_moving, tuple(leaves[i] for i in moving), tuple(directions[i] for i in moving))
-
-
-def masked(function: Callable[..., PyTree], is_good: Callable[..., Array]) -> Callable[..., Any]:
-    """A function with zero derivatives unless `is_good` holds for its arguments and its value."""
-
-    def pushed(primals: tuple[PyTree, ...], tangents: tuple[PyTree, ...]) -> tuple[PyTree, PyTree]:
-        moves = jax.tree.map(lambda dx: dx is not None, tangents, is_leaf=lambda dx: dx is None)
-        moving, held = eqx.partition(primals, moves)
-
-        def of_moving(moving: PyTree) -> tuple[PyTree, PyTree]:
-            return eqx.partition(function(*eqx.combine(moving, held)), eqx.is_inexact_array)
-
-        changing, push, rest = jax.linearize(of_moving, moving, has_aux=True)
-        value = eqx.combine(changing, rest)
-
-        is_used = is_good(primals, value)
-
-        def where_good(tangents: PyTree) -> PyTree:
-            return jax.tree.map(lambda dx: jnp.where(is_used, dx, 0.0), tangents)
-
-        return value, where_good(push(where_good(tangents)))
-
-    found = eqx.filter_custom_jvp(function)
-    found.def_jvp(pushed)
-    return found

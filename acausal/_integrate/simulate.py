@@ -39,10 +39,9 @@ from .setup.options import (
     one_of,
     times_of,
 )
-from .setup.pattern import is_large
 from .setup.settings import RunNumbers, Settings
 from .setup.user_function import UserFunction, as_function, trace
-from .solvers import AbstractRosenbrock, Rodas5P, SwitchingRodas5P
+from .solvers import AbstractRosenbrock, Rodas5P
 from .start.initialise import initialised_leaves
 from .start.start_search import search_start
 from .stored_run import run_stored
@@ -96,7 +95,7 @@ def simulate(
     - `energy`: integrate the powers of all components with the states. `sol.energy` is the account.
     - `rtol`: relative tolerance. The absolute tolerance is `rtol` times the nominal size of each variable.
     - `nominal`: nominal sizes of variables by path, such as `{"c.v": 1e-5}`, in place of those of their units.
-    - `solver`: `Rodas3P()` or a solver of diffrax. None: `Rodas5P()`, with explicit steps in large models if they pay.
+    - `solver`: `Rodas3P()` or a solver of diffrax. None: `Rodas5P()`.
     - `dt0`: first step in s. None: estimated from the vector field.
     - `dtmin`: smallest step in s, below which the run fails. None: 1e-14 of the time since t0.
     - `dtmax`: largest step in s, for events of signals that vary faster than the steps resolve. None: no limit.
@@ -225,7 +224,7 @@ def _total_stored(s: Node) -> Scalar:
 
 def _solver_for(system: System, solver: diffrax.AbstractSolver | None) -> diffrax.AbstractSolver:
     if solver is None:
-        solver = SwitchingRodas5P() if is_large(system) else Rodas5P()
+        solver = Rodas5P()
     kind_of(solver, "solver", diffrax.AbstractSolver, "a solver of diffrax, such as diffrax.Tsit5()")
     if not isinstance(solver, diffrax.AbstractAdaptiveSolver):
         name = type(solver).__name__

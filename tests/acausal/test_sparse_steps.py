@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Array, Component, Connections, Rodas5P, connect, repeat, replace, simulate, structure
+from acausal import Array, Component, Connections, connect, repeat, replace, simulate, structure
 from acausal._evaluate.building import system_of
 from acausal._evaluate.dependence import dependence
 from acausal._integrate.loop import steps
@@ -54,7 +54,6 @@ def results(c: float, model: Chain) -> jax.Array:
         integrals=lambda s: {"square": s.inertias[1].w ** 2},
         until=lambda s: s.springs[0].tau ** 2 - 25.0,
         save="end",
-        solver=Rodas5P(),  # without explicit steps
     )
     return jnp.stack([solution[f"inertias[{N - 1}].a.phi"][-1], solution.integrals["square"][-1], solution.t1])
 

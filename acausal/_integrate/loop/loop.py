@@ -37,6 +37,9 @@ class StepLoop(Steps):
         dt0 = self.args.numbers.dt0
         control = self.sizes.init(self.terms, self.t0, self.t1, core, dt0, step_args, self.solver)
         first_end = self.planned(self.t0, control.wish, *self.limit(start.due))
+        inner = None
+        if not self.settings.is_corrected:
+            inner = self.solver.init(self.terms, self.t0, first_end, core, step_args)
         none = jnp.asarray(0)
         return Carry(
             t=self.forward * start.t,
@@ -50,7 +53,7 @@ class StepLoop(Steps):
             end_sample=self.no_sample(y),
             mark=jnp.asarray(-jnp.inf),
             crowd=none,
-            inner=self.solver.init(self.terms, self.t0, first_end, core, step_args),
+            inner=inner,
             control=control,
             failed=jnp.asarray(False),
             n_steps=none,

@@ -23,7 +23,7 @@ from ..setup.field import RunArgs, vector_field
 from ..setup.pattern import jacobian_pattern
 from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import Vector
-from ..solvers import AbstractRosenbrock, SwitchingRodas5P
+from ..solvers import AbstractRosenbrock
 from ..step.adjoint import LoopKind
 from ..step.controller import StepSizes, step_sizes
 from ..step.interval import PathSample, sample
@@ -52,8 +52,8 @@ class Steps:
         """
         solver, t0, t1, jumped, inner = where
         if self.settings.is_corrected:
-            core, error, info, work, inner = solver.step_to_look_into(self.terms, t0, t1, core, args, inner)
-            return core, error, (info, work, inner, jnp.asarray(False))
+            core, error, info, work = solver.step_to_look_into(self.terms, t0, t1, core, args)
+            return core, error, (info, work, None, jnp.asarray(False))
         core, error, info, inner, result = solver.step(self.terms, t0, t1, core, args, inner, jumped)
         failed = result != diffrax.RESULTS.successful
         return core, jnp.where(failed, jnp.inf, error), (info, None, inner, jnp.asarray(failed))
@@ -195,8 +195,6 @@ def _method(settings: Settings, sizes: StepSizes, kind: LoopKind) -> Any:
     if isinstance(solver, AbstractRosenbrock):
         mass = None if system.mass is None else np.concatenate([system.mass, np.ones(settings.n_extra)])
         solver = dataclasses.replace(solver, n_integrals=settings.n_extra, pattern=jacobian_pattern(settings))
-        if isinstance(solver, SwitchingRodas5P):
-            solver = dataclasses.replace(solver, rtol=sizes.pid.rtol, atol=sizes.pid.atol)
         return solver if mass is None else dataclasses.replace(solver, mass=mass)
     if isinstance(solver, diffrax.AbstractImplicitSolver):
         finder: Any = solver.root_finder

@@ -20,7 +20,6 @@ from ..setup.field import RunArgs
 from ..setup.options import sentences
 from ..setup.result import Result
 from ..setup.settings import Settings
-from ..solvers import MethodChoice
 from .solution import Solution
 from .unresolved import are_unresolved
 
@@ -55,7 +54,6 @@ class Ending(NamedTuple):
     unresolved: Array
     n_steps: Array
     n_accepted: Array
-    n_explicit: Array | None
 
 
 class Kept(NamedTuple):
@@ -88,7 +86,6 @@ def end_run(settings: Settings, args: RunArgs, integrated: Integrated, wrong: Ar
         unresolved=are_unresolved(settings.system.nominals, numbers.rtol, control.largest[:n], control.total[:n]),
         n_steps=end.n_steps,
         n_accepted=end.n_accepted,
-        n_explicit=end.inner.n_explicit if isinstance(end.inner, MethodChoice) else None,
     )
 
 
@@ -104,7 +101,6 @@ def solution_of(settings: Settings, args: RunArgs, ending: Ending, kept: Kept) -
             "num_accepted_steps": ending.n_accepted,
             "num_rejected_steps": ending.n_steps - ending.n_accepted,
             "num_steps": ending.n_steps,
-            **_kinds_of_steps(ending),
         },
         _start=ending.start,
         _end=ending.end,
@@ -131,12 +127,6 @@ def solution_of(settings: Settings, args: RunArgs, ending: Ending, kept: Kept) -
         _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
         _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
     )
-
-
-def _kinds_of_steps(ending: Ending) -> dict[str, Array]:
-    """The numbers of accepted explicit and implicit steps, if the run chose between them."""
-    n = ending.n_explicit
-    return {} if n is None else {"num_explicit_steps": n, "num_implicit_steps": ending.n_accepted - n}
 
 
 def read_inputs(args: RunArgs) -> Inputs:

@@ -53,9 +53,6 @@ def _outcome(solution: Solution[Any]) -> Table:
         ("end of the run", f"{float(solution.t1):.9g} s"),
         ("steps", f"{accepted} accepted, {rejected} rejected"),
     ]
-    if "num_explicit_steps" in solution.stats:
-        explicit, implicit = (int(solution.stats[f"num_{kind}_steps"]) for kind in ("explicit", "implicit"))
-        rows.append(("accepted steps", f"{explicit} explicit, {implicit} implicit"))
     rows += [
         (f"not resolved: {name}", f"at most {with_unit(value, _unit(solution, name))}")
         for name, value in solution.unresolved.items()

@@ -23,11 +23,6 @@ def jacobian_pattern(settings: Settings) -> Pattern | None:
     return pattern_of_rates(system, read, settings.n_integrals)
 
 
-def is_large(system: System) -> bool:
-    """Whether the Jacobian and its factors take most of the time of a step of an ordinary differential equation."""
-    return system.mass is None and len(system.nominals) > LARGEST_INVERSE
-
-
 @ft.lru_cache(maxsize=16)
 def pattern_of_rates(system: System, read: tuple[Pair, ...] = (), n_integrals: int = 0) -> Pattern | None:
     """The structure of the Jacobian of the states and of integrals, each of which may read the same pairs.
@@ -37,7 +32,7 @@ def pattern_of_rates(system: System, read: tuple[Pair, ...] = (), n_integrals: i
     """
     n_states = len(system.nominals)
     n = n_states + n_integrals
-    if not is_large(system):
+    if system.mass is not None or n_states <= LARGEST_INVERSE:
         return None
     structure = dependence(system.plan, system.rates)
     if n_integrals:

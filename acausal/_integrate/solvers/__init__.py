@@ -3,5 +3,3 @@
 from ._rodas3p import Rodas3P as Rodas3P
 from ._rodas5p import Rodas5P as Rodas5P
 from ._rosenbrock import AbstractRosenbrock as AbstractRosenbrock
-from ._switching import MethodChoice as MethodChoice
-from ._switching import SwitchingRodas5P as SwitchingRodas5P

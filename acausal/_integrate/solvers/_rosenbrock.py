@@ -166,7 +166,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         """The right-hand side $f$, which diffrax uses to guess the first step. With a mass matrix it is not $y'$."""
         return terms.vf(t0, y0, args)
 
-    def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree) -> Any:
+    def init(self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree) -> None:
         """The state of the solver, None. Raises `ParameterError` unless `y0` is one flat vector of real numbers."""
         if jax.tree.structure(y0) != jax.tree.structure(0) or jnp.ndim(y0) != 1 or not jnp.isrealobj(y0):
             raise ParameterError(
@@ -181,35 +181,36 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             )
 
     def step(
-        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: Any, made_jump: Numbers
-    ) -> tuple[State, State, dict[str, Array], Any, diffrax.RESULTS]:
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: None, made_jump: Numbers
+    ) -> tuple[State, State, dict[str, Array], None, diffrax.RESULTS]:
         """The end of a step, its error estimate, its dense output, the state of the solver and its result."""
         y1, error, info, _ = self._stepped(terms, t0, t1, y0, args, self.tableau.rows)
-        return y1, error, info, solver_state, diffrax.RESULTS.successful
+        return y1, error, info, None, diffrax.RESULTS.successful
 
     def step_to_look_into(
-        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, solver_state: Any
-    ) -> tuple[State, State, dict[str, Array], Work, Any]:
+        self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree
+    ) -> tuple[State, State, dict[str, Array], Work]:
         """The end of a step, its error estimate, its dense output, and the data that correct this output.
 
         The error estimate is at least the error of the stiff components in the middle of the step.
         """
         y1, error, info, (f0, factors, stages) = self._stepped(terms, t0, t1, y0, args, self.tableau.rows_with_defects)
-        first = self._defect_at_start(step_size(t0, t1) * f0, **info)
+        first = self._defect_at_start(_width(t0, t1) * f0, **info)
         start, middle, end = (self.of_stiff(factors, x) for x in (factors.solve(first), stages[-2], stages[-1]))
         error = jnp.maximum(jnp.abs(error), jnp.where(jnp.isfinite(middle), jnp.abs(middle), 0.0))
-        return y1, error, info, Work(factors, start, end), solver_state
-
-    def field(self, terms: Any, t0: Numbers, t1: Any, args: PyTree) -> VectorField:
-        """The vector field of a step."""
-        # Diffrax integrates backwards by reversing time, which only the control of a term shows.
-        direction = jnp.where(terms.contr(t0, t1) < 0, -1.0, 1.0)
-        return lambda t, y: direction * terms.vf(t, y, args)
+        return y1, error, info, Work(factors, start, end)
 
     def _stepped(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree, rows: Rows
     ) -> tuple[State, State, dict[str, Array], tuple[State, Factors | SparseFactors, Stages]]:
-        tableau, h, f = self.tableau, step_size(t0, t1), self.field(terms, t0, t1, args)
+        tableau, h = self.tableau, _width(t0, t1)
+
+        # Diffrax integrates backwards by reversing time, which only the control of a term shows.
+        direction = jnp.where(terms.contr(t0, t1) < 0, -1.0, 1.0)
+
+        def f(t: Scalar, y: State) -> State:
+            return direction * terms.vf(t, y, args)
+
         f0, f_t, matrix = self._linearised(f, t0, y0, h)
         factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         solve = linear_solver(matrix, factors=factors)
@@ -238,7 +239,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
 
     def work(self, f: VectorField, path: RosenbrockInterpolation) -> Work:
         """Recomputes the correction data of a step from its dense output."""
-        h = step_size(path.t0, path.t1)
+        h = _width(path.t0, path.t1)
         f0, _, matrix = self._linearised(f, path.t0, path.y0, h)
         factors = factors_of(matrix, self.nominal, n_integrals=self.n_integrals)
         _, rate = jax.jvp(path.evaluate, (path.t1,), (jnp.ones_like(path.t1),))
@@ -280,10 +281,6 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
             error = error - self._slow(factors, error)
         return error
 
-    def stiff_rates(self, work: Work, rates: State) -> State:
-        """The stiff part of rates."""
-        return self.mass_times(self.of_stiff(work.factors, rates))
-
     def _slow(self, factors: Factors | SparseFactors, error: State) -> State:
         """The non-stiff part of an error."""
         return factors.solve(self.mass_times(error)) / self.tableau.gamma
@@ -317,7 +314,7 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         return jax.lax.scan(body, stages, later)[0]
 
 
-def step_size(t0: Numbers, t1: Any) -> Array:
+def _width(t0: Numbers, t1: Any) -> Array:
     """Step size. Finished members of a batch would step with size 0, for which the matrix of a DAE is singular."""
     width = jnp.asarray(t1 - t0)
     return jnp.maximum(width, jnp.sqrt(jnp.finfo(width.dtype).tiny))

@@ -59,7 +59,7 @@ class Correction(eqx.Module):
         layout, forward = self.settings.layout, self.args.forward
         core = self._core(forward * pace - rates[layout.states])
         # Algebraic unknowns of the mass-matrix form have no rates.
-        stiff = self.solver.stiff_rates(self.work, core)[layout.states]
+        stiff = self.solver.mass_times(self.solver.of_stiff(self.work.factors, core))[layout.states]
         return layout.with_part(jnp.zeros(layout.size), layout.states, jnp.where(jnp.isfinite(stiff), stiff, 0.0))
 
     def _core(self, states: Array) -> Array:
