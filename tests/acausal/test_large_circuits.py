@@ -2,16 +2,14 @@
 
 from collections.abc import Callable
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Array, Component, Connections, Rodas5P, connect, repeat, replace, simulate, structure
+from acausal import Array, Component, Connections, connect, repeat, replace, simulate, structure
 from acausal._reduce.dependent import FRACTIONS, dependencies
 from benchmarks import _pack
 from benchmarks._grid import decay, grid_of_arrays, grid_of_singles, slowest
-from benchmarks._wall import wall
 from components.electrical import ConstantVoltage, Ground, Resistor
 
 N = 20
@@ -67,15 +65,3 @@ def test_cells_of_a_pack() -> None:
     resistance, capacity = np.array([1e-3, 2e-3]), np.array([1e4, 1e5])
     expected = -resistance * current * (1.0 - np.exp(-end / (resistance * capacity)))
     np.testing.assert_allclose(cells.v_rc, np.broadcast_to(expected, (n, 2)), rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_a_trial_of_an_explicit_step_that_leaves_a_range_has_no_derivatives() -> None:
-    n = 1000
-
-    def last(conductances: jax.Array, solver: Rodas5P | None) -> jax.Array:
-        model = replace(wall(n), {"conductors.item.G": conductances})
-        return simulate(model, 3e5, rtol=1e-6, save="end", solver=solver)[f"capacities[{n - 1}].T"][-1]
-
-    found, expected = (jax.grad(last)(jnp.full(n, 10.0), solver) for solver in (None, Rodas5P()))
-    np.testing.assert_allclose(found, expected, rtol=1e-2, atol=1e-8)
