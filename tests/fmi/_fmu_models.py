@@ -60,6 +60,17 @@ class Latch(Component):
         )
 
 
+class Reciprocal(Component):
+    """A rate 1 / u, and an output on which u has no influence."""
+
+    x: Var[Scalar, "1"] = 1.0
+    u: Input = Input()
+    twice: Output = Output()
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, 1.0 / self.u.value, check_units=False), twice=eq(self.twice.value, 2.0 * self.x))
+
+
 class Inverters(Component):
     """Two inverters in series, without states."""
 

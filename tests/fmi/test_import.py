@@ -9,7 +9,7 @@ from typing import Any
 import jax
 import numpy as np
 import pytest
-from _fmu_models import Bouncer, Driven, Forced, Latch
+from _fmu_models import Bouncer, Driven, Forced, Latch, Reciprocal
 
 from acausal import ArgumentError, ModelError, SimulationError, replace, simulate
 from acausal.fmi import FMU, FMUWarning, export_fmu
@@ -102,6 +102,11 @@ def test_an_event_that_happens_again_has_its_own_values(latch: Path) -> None:
         assert counts(calls, first, -1.0, 5.0) == [0.0, 0.0, 0.0]
         after = calls.event.host(int(first), np.array([3.0, -1.0, 5.0]), np.zeros(0))[0]
         assert counts(calls, after, -1.0, 5.0) == [1.0, 0.0, 1.0]
+
+
+def test_an_output_exists_where_a_rate_does_not(tmp_path: Path) -> None:
+    calls = FMU(export_fmu(Reciprocal(), tmp_path / "reciprocal.fmu", inputs=["u"], outputs=["twice.value"]))._calls
+    np.testing.assert_array_equal(calls.values.host(0, np.array([0.0, 1.5, 0.0]), np.zeros(0)), [np.nan, 3.0])
 
 
 def test_the_first_sample_sees_the_inputs(latch: Path) -> None:

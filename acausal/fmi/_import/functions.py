@@ -42,17 +42,22 @@ class Functions(Machine[AfterEvent]):
         return of.n_states + size_of(of.outputs) + of.n_indicators
 
     def values(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """The rates, the outputs and the event indicators."""
-        try:
-            with self._at(number, point, parameters) as instance:
-                if self._last is None:
-                    outputs = instance.get(self.description.outputs)
-                    self._last = np.concatenate([instance.rates(), outputs, instance.indicators()])
-                return self._last
-        except Exception as error:
-            if getattr(error, "status", None) == DISCARDED:  # the solver tries a shorter step
-                return np.full(self.n_values, np.nan)
-            raise
+        """The rates, the outputs and the event indicators; NaN where the FMU has none, so that the solver tries a shorter
+        step.
+        """
+        return _or_nan(lambda: self._values(number, point, parameters), self.n_values)
+
+    def _values(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        of = self.description
+        with self._at(number, point, parameters) as instance:
+            if self._last is None:
+                parts = (
+                    (instance.rates, of.n_states),
+                    (lambda: instance.get(of.outputs), size_of(of.outputs)),
+                    (instance.indicators, of.n_indicators),
+                )
+                self._last = np.concatenate([_or_nan(read, size) for read, size in parts])
+            return self._last
 
     def first_states(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """The states that the FMU calculates in its initialisation."""
@@ -183,6 +188,16 @@ class Functions(Machine[AfterEvent]):
             self._instance.set_states(np.ascontiguousarray(point[1 : 1 + n]))
         self._instance.set(self.description.inputs, point[1 + n :])
         self._place = point.copy()
+
+
+def _or_nan(read: Callable[[], np.ndarray], size: int) -> np.ndarray:
+    """What the FMU says, and NaN where it discards the point."""
+    try:
+        return read()
+    except Exception as error:
+        if getattr(error, "status", None) == DISCARDED:
+            return np.full(size, np.nan)
+        raise
 
 
 def central(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: float) -> np.ndarray:
