@@ -31,7 +31,7 @@ class Output:
     places: Places
 
 
-@dataclasses.dataclass(frozen=True, eq=False)
+@dataclasses.dataclass(frozen=True, eq=False, repr=False)
 class CModel:
     """A model with known numbers as C functions and their calls, ready to be written.
 
@@ -49,6 +49,9 @@ class CModel:
     outputs: list[Output]
     start_guess: np.ndarray
     t0: float
+
+    def __repr__(self) -> str:
+        return f"<CModel {self.name}: {self.n_states} states, {len(self.outputs)} outputs>"
 
     @property
     def n_states(self) -> int:

@@ -11,6 +11,7 @@ from .._evaluate.building import check_structure, system_of
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
+from .._integrate.setup.options import names_of
 from .._tracing import is_traced
 from .expressions import identifier
 from .layout import Numbering, Places, Quantity
@@ -88,7 +89,7 @@ def _outputs(system: System, layout: Numbering, names: Sequence[str] | None) -> 
     if names is None:
         names = [name for name, (leaf, *_) in known.items() if leaf.declaration.is_variable and not leaf.in_port]
     found = []
-    for name in names:
+    for name in names_of(names, "outputs"):
         if name not in known:
             raise ModelError(f"The model has no variable {name!r}.{suggestion(name, known)}")
         leaf, number, i = known[name]

@@ -7,13 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from .. import simulate
 from .._declare.component import Component
 from .._errors import AcausalError, ModelError
-from .._extras import needed
-from . import FMU, export_fmu
+from .._extras import needed, panels
+from . import export_fmu
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -40,11 +37,11 @@ def _parser() -> argparse.ArgumentParser:
     check = commands.add_parser("check", help="validate an FMU and list its variables")
     check.add_argument("file")
     check.set_defaults(run=_check)
-    run = commands.add_parser("simulate", help="simulate an FMU without inputs")
+    run = commands.add_parser("simulate", help="simulate an FMU with constant inputs")
     run.add_argument("file")
     run.add_argument("--stop", type=float, required=True, help="stop time in s")
-    run.add_argument("--step", type=float, help="communication step in s, for co-simulation")
-    run.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE", help="parameters and start values")
+    run.add_argument("--step", type=float, help="communication step in s")
+    run.add_argument("--set", nargs="*", default=[], metavar="NAME=VALUE", help="parameters, inputs, start values")
     run.add_argument("--csv", help="write the outputs to a file")
     run.add_argument("--plot", help="draw the outputs in a file")
     run.set_defaults(run=_simulate)
@@ -92,23 +89,32 @@ def _check(options: argparse.Namespace) -> int:
 
 
 def _simulate(options: argparse.Namespace) -> int:
-    given: dict[str, Any] = dict(_setting(text) for text in options.set)
-    model = FMU(options.file, step=options.step, **given)
-    solution = simulate(model, options.stop)
-    names = [v.field for v in model._of.outputs if not v.sizes]
-    columns = {"time": np.asarray(solution.ts), **{name: _values(solution, name) for name in names}}
-    for name, values in columns.items():
-        print(f"{name:20} {values[-1]:g}")
+    fmpy = needed("fmpy", "fmi", "An FMU")
+    settings = dict(_setting(text) for text in options.set)
+    try:
+        run = fmpy.simulate_fmu(
+            options.file, stop_time=options.stop, output_interval=options.step, start_values=settings
+        )
+    except Exception as error:
+        raise ModelError(f"{options.file} cannot be simulated: {error}") from error
+    names = run.dtype.names
+    for name in names:
+        print(f"{name:20} {run[name][-1]:g}")
     if options.csv:
-        table = np.column_stack(list(columns.values()))
-        np.savetxt(options.csv, table, delimiter=",", header=",".join(columns), comments="")
+        fmpy.util.write_csv(options.csv, run)
     if options.plot:
-        solution.plot(*(f"{name}.value" for name in names))[0].figure.savefig(options.plot)
+        _plot(run, names[1:]).savefig(options.plot)
     return 0
 
 
-def _values(solution: Any, name: str) -> np.ndarray:
-    return np.asarray(getattr(solution, name).value)
+def _plot(run: Any, names: Sequence[str]) -> Any:
+    """A figure with an axis for each output."""
+    axes = panels(None, len(names), 1, (7.0, 2.0 * len(names)), sharex=True)[:, 0]
+    for axis, name in zip(axes, names, strict=True):
+        axis.plot(run["time"], run[name])
+        axis.set_ylabel(name)
+    axes[-1].set_xlabel("time in s")
+    return axes[0].figure
 
 
 def _setting(text: str) -> tuple[str, float]:

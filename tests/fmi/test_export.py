@@ -159,7 +159,8 @@ def test_a_violated_requirement_is_said(bouncer: Path, capfd: pytest.CaptureFixt
     ("arguments", "message"),
     [
         ({"inputs": ["u.value"]}, "'u.value' is not an open signal input"),
-        ({"inputs": ["u"], "outputs": ["speed"]}, "no variable 'speed'"),
+        ({"inputs": ["u", "u"]}, "inputs names u more than once"),
+        ({"inputs": "u", "outputs": "speed"}, "no variable 'speed'"),
         ({"inputs": ["u"], "version": "1.0"}, "must be '2.0' or '3.0'"),
         ({"inputs": ["u"], "platforms": ["amiga"]}, "platform 'amiga' is unknown"),
     ],

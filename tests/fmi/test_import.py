@@ -2,6 +2,7 @@
 
 import pickle
 import re
+import warnings
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -208,6 +209,9 @@ def test_an_fmu_that_needs_the_end_of_steps_is_named(bouncer: Path) -> None:
     old = export_fmu(Bouncer(e=0.8), bouncer.with_name("old.fmu"), version="2.0")
     with pytest.warns(FMUWarning, match=r"old\w*.fmu may change its discrete states at the end of steps"):
         FMU(without(old, "completedIntegratorStepNotNeeded"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        FMU(old)
 
 
 def test_unknown_names_are_refused(bouncer: Path) -> None:

@@ -85,6 +85,7 @@ def _compiled(sources: Mapping[str, str], command: list[str], *, is_windows: boo
 
 def write(file: Path, contents: Mapping[str, str | bytes]) -> None:
     """Write the FMU, a zip file."""
+    file.parent.mkdir(parents=True, exist_ok=True)
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, content in contents.items():
             archive.writestr(name, content)

@@ -8,6 +8,7 @@ from typing import Literal
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence
+from ..._integrate.setup.options import names_of
 from ...codegen.derivatives import along
 from ...codegen.expressions import identifier
 from ...codegen.files import DECLARATIONS, events_of, header_of, source_of
@@ -48,6 +49,7 @@ def export_fmu(
     if version not in ("2.0", "3.0"):
         raise ModelError(f"The version of FMI must be '2.0' or '3.0', not {version!r}.")
     number = int(version[0])
+    inputs = names_of(inputs, "inputs")
     opened, sources = driven(model, inputs)
     own = identifier(path.stem)
     found = c_model(opened, f"{own}_model", outputs)  # not a name of the C code that all FMUs share

@@ -47,6 +47,8 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
         return model, []
     ports = {path: node for path, node in nodes_of(model) if isinstance(node, Port) and type(node).needs_connection}
     for name in inputs:
+        if inputs.count(name) > 1:
+            raise ModelError(f"inputs names {name} more than once.")
         if name not in ports:
             raise ModelError(
                 f"{name!r} is not an open signal input, such as a block's u.{suggestion(name, ports)} Quantities that "

@@ -82,10 +82,7 @@ class FMUWarning(UserWarning):
 def _check_steps(of: Description, name: str) -> None:
     """Warn of an FMU that may change its discrete states at the end of steps."""
     exchange = of.raw.modelExchange
-    if exchange is None:
-        return
-    needs = exchange.needsCompletedIntegratorStep if of.version == 3 else not exchange.completedIntegratorStepNotNeeded
-    if needs:
+    if exchange is not None and exchange.needsCompletedIntegratorStep:  # FMPy inverts completedIntegratorStepNotNeeded
         warnings.warn(
             f"{name} may change its discrete states at the end of steps, as a delay does, which model exchange does "
             "not support here. Remedy: compare with co-simulation, FMU(..., step=...).",
