@@ -87,7 +87,8 @@ def _outputs(system: System, layout: Numbering, names: Sequence[str] | None) -> 
         for i in range(leaf.count)
     }
     if names is None:
-        names = [name for name, (leaf, *_) in known.items() if leaf.declaration.is_variable and not leaf.in_port]
+        shown = {name: leaf for name, (leaf, *_) in known.items() if "._" not in f".{name}"}
+        names = [name for name, leaf in shown.items() if leaf.declaration.is_variable and not leaf.in_port]
     found = []
     for name in names_of(names, "outputs"):
         if name not in known:

@@ -65,6 +65,7 @@ def test_states_with_invariants(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("options", "message"),
     [
+        (dict(outputs="load.q"), r"The model has no variable 'load\.q'"),
         (dict(outputs=["load.q"]), r"The model has no variable 'load\.q'"),
         (dict(method="heun"), r"method must be one of implicit, explicit, rk4, not 'heun'\."),
         (dict(step=0.0), r"step must be a positive number of seconds, not 0\.0\."),

@@ -104,6 +104,12 @@ def test_variables_have_names_units_and_roles(forced: Path) -> None:
     assert variables["v"].unit == "1/s"
 
 
+def test_all_variables_of_the_model_are_outputs_by_default(tmp_path: Path) -> None:
+    file = export_fmu(Forced(), tmp_path / "forced.fmu", inputs=["u"], platforms=[])
+    variables = fmpy.read_model_description(str(file)).modelVariables
+    assert [v.name for v in variables if v.causality == "output"] == ["x", "v"]
+
+
 def test_directional_derivatives_are_exact(forced: Path) -> None:
     """With f = mu (1 - x²) v - x + u and y = u v at x = 1.5, v = 0.3, u = 0.7."""
     fmu, places = at_start(forced)
