@@ -42,7 +42,7 @@ class Functions(Machine[AfterEvent]):
         return of.n_states + size_of(of.outputs) + of.n_indicators
 
     def values(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
-        """The rates, the outputs and the event indicators; NaN where the FMU has none, so that the solver tries a shorter
+        """The rates, the outputs and the event indicators; NaN where the FMU has none, for which a solver shortens its
         step.
         """
         return _or_nan(lambda: self._values(number, point, parameters), self.n_values)
