@@ -14,7 +14,7 @@ TOOL = "acausal"
 
 @dataclasses.dataclass(frozen=True)
 class About:
-    """What an FMU says of itself."""
+    """Name, token and description of an FMU."""
 
     name: str
     identifier: str  # of its files and functions
@@ -103,7 +103,7 @@ def _number(value: float) -> str:
 
 
 def _initial(variable: FmuVariable) -> str | None:
-    """How the start of a variable is found; None where FMI fixes it."""
+    """The attribute `initial` of a variable; None if FMI fixes it."""
     if variable.causality in ("independent", "input"):
         return None
     return "calculated" if variable.start is None else "exact"

@@ -17,7 +17,7 @@ from .description import Description, ImportedVariable
 
 @dataclasses.dataclass(frozen=True)
 class Key:
-    """What determines the class of an imported FMU: its file and how it is imported."""
+    """Key of the class of an imported FMU: its file and the options of the import."""
 
     path: Path
     digest: str  # of the content of the file
@@ -28,7 +28,7 @@ class Key:
 
 
 class ImportedFMU(Component, partial=True):
-    """What FMUs for model exchange and for co-simulation share.
+    """Base class of imported FMUs, for model exchange and for co-simulation.
 
     The discrete states of an FMU have numbers; `reached` is that of the present one.
     """

@@ -1,4 +1,4 @@
-"""What an FMU declares: its parameters, inputs, states and outputs, sorted and named for Python."""
+"""Declarations of an FMU: its parameters, inputs, states and outputs, sorted and named for Python."""
 
 import dataclasses
 import keyword

@@ -19,7 +19,7 @@ EVENT_ROUNDS = 100  # largest number of iterations of an event
 
 
 class AfterEvent(NamedTuple):
-    """What an FMU says at the end of an event."""
+    """Answer of an FMU at the end of an event."""
 
     terminates: bool
     next_time: float  # infinite if it has no time event

@@ -9,7 +9,7 @@ from .machine import NONE, Machine, Reached
 
 
 class AfterStep(NamedTuple):
-    """What an FMU says at the end of a communication step."""
+    """Answer of an FMU at the end of a communication step."""
 
     ends: bool
     outputs: np.ndarray
