@@ -77,7 +77,7 @@ def function(head: str, lines: Sequence[str], unread: Sequence[str] = (), *, is_
         "p": "const double *p = m->p;",
         "d": "const double *d = m->d;",
         "v": f"{pointer}v = m->v;",
-        "dv": "double *dv = m->dv;",
+        "dv": f"{pointer}dv = m->dv;",
     }
     local = [f"    {line}" for name, line in own.items() if _mentions(text, name)]
     whole = "\n".join([*local, *lines])

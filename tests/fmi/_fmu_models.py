@@ -2,7 +2,21 @@
 
 from typing import Any, Self
 
-from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, positive, when
+from acausal import (
+    Component,
+    Connections,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Var,
+    at,
+    connect,
+    eq,
+    positive,
+    when,
+)
 from components.blocks import Gain, Input, Output, Sine
 from components.rotational import Inertia, SignalSpeed
 
@@ -100,3 +114,16 @@ class Turned(Component):
 
     def connections(self) -> Connections:
         return (connect(self.source.flange, self.rotor.a),)
+
+
+class Clocked(Component):
+    """A model without states that counts the seconds."""
+
+    count: Discrete[Scalar, "1"] = 0.0
+    y: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(y=eq(self.y, self.count))
+
+    def events(self) -> Events:
+        return dict(tick=at(0.0, every=1.0, count=self.count + 1.0))

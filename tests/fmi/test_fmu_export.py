@@ -6,10 +6,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-from _fmu_models import Bouncer, Forced, Inverters, Turned
+from _fmu_models import Bouncer, Clocked, Forced, Inverters, Turned
 
 from acausal import ModelError
 from acausal.fmi import export_fmu
+from acausal.fmi._export import build
 from components.blocks import Gain
 from components.rotational import Inertia
 
@@ -204,3 +205,10 @@ def test_libraries_for_other_platforms(tmp_path: Path) -> None:
     assert starts[".so"] == b"\x7fELF"
     assert starts[".dll"][:2] == b"MZ"
     assert starts[".dylib"] == b"\xcf\xfa\xed\xfe"
+
+
+@pytest.mark.parametrize("version", VERSIONS)
+def test_the_code_has_no_warnings(version: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(build, "FLAGS", [*build.FLAGS, "-Wall", "-Wextra", "-Werror"])
+    export_fmu(Forced(), tmp_path / "forced.fmu", inputs=["u"], version=version)
+    export_fmu(Clocked(), tmp_path / "clocked.fmu", version=version)

@@ -46,8 +46,9 @@ def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: 
         array("fmu_own_state", np.array(variables.state_places), "i"),
         array("fmu_rate_place", model.rate_places[variables.state_places], "i"),
     ]
-    shared = [part(name).replace("MODEL", model.name) for name in ("instance", "integrate", f"fmi{version}")]
-    return "\n\n".join([INCLUDES, f'#include "{model.name}.c"', *tables, *shared]) + "\n"
+    shared = "\n\n".join(part(name) for name in ("instance", "integrate", "both", f"fmi{version}"))
+    shared = shared.replace("MODEL", model.name).replace("FMI_", f"fmi{version}")
+    return "\n\n".join([INCLUDES, f'#include "{model.name}.c"', *tables, shared]) + "\n"
 
 
 def _constants(model: CModel, about: About, variables: Variables, n_indicators: int) -> str:
@@ -105,6 +106,8 @@ def own_functions(model: CModel, events: CEvents | None, tangents: Along) -> lis
     if n:
         with writer.loops(n) as index:
             writer.line(f"dv[{index.text}] = dx[{index.text}];")
+    else:
+        writer.line("(void)dx;")
     for call in (*tangents.calls, *tangents.rest):
         call.write(writer)
     head = f"static void {name}_along_all({name} *m, double dt, const double *dx)"

@@ -94,9 +94,11 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
 
 def _per_second(unit: str) -> str:
     """The unit of a rate."""
-    if "/" not in unit:
-        return f"{unit}/s" if unit else ""
-    return str(parsed(unit).dimension / TIME)
+    if not unit:
+        return ""
+    if unit.endswith("/s"):
+        return f"{unit}2"
+    return str(parsed(unit).dimension / TIME) if "/" in unit else f"{unit}/s"
 
 
 def _elements(quantities: Sequence[Quantity]) -> list[tuple[str, str, int, float]]:

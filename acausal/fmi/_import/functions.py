@@ -71,12 +71,12 @@ class Functions(Machine[AfterEvent]):
         """
         states = slice(1, 1 + self.description.n_states)
         with self._lock:
-            new, said = self._next(NONE if number == FIRST else number, point, parameters)
+            new, answer = self._next(NONE if number == FIRST else number, point, parameters)
             moved = point.copy()
-            moved[states] = said.states
+            moved[states] = answer.states
             values = self.values(new, moved, parameters)
             signs = values[len(values) - self.description.n_indicators :] > 0.0
-            return np.concatenate([[new, said.terminates, said.next_time], signs, moved[states] - point[states]])
+            return np.concatenate([[new, answer.terminates, answer.next_time], signs, moved[states] - point[states]])
 
     # derivatives
 
@@ -159,9 +159,9 @@ class Functions(Machine[AfterEvent]):
             given = [(v, to.point[place : place + v.count]) for v, place in placed(of.states, 1) if v.is_given]
             inputs = [(v, to.point[place : place + v.count]) for v, place in placed(of.inputs, 1 + of.n_states)]
             self._instance.initialise(to.point[0], [*parameters, *given, *inputs])
-            said = self._instance.end_event()
+            answer = self._instance.end_event()
             if all(v.is_given for v in of.states):
-                return said
+                return answer
         self._move(to.point)
         self._instance.fmu.enterEventMode()
         return self._instance.end_event()

@@ -53,7 +53,7 @@ class Machine(abc.ABC, Generic[A]):
         self._fixed = list(zip(description.fixed, map(np.asarray, fixed), strict=True))
         self._reached: dict[int, Reached] = {}
         self._copies: dict[Key, Any] = {}
-        self._said: dict[Key, A] = {}
+        self._answers: dict[Key, A] = {}
         self._current: Key | None = None
         self._lock = threading.RLock()  # an instance serves one thread at a time
         self._instance = Instance(self.folder, description, self.kind)
@@ -77,15 +77,15 @@ class Machine(abc.ABC, Generic[A]):
     def _go(self, number: int, parameters: np.ndarray) -> A:
         """Bring the instance to a discrete state, from the last one on the way of which there is a copy."""
         text = parameters.tobytes()
-        way = [number]
-        while (way[-1], text) not in self._copies and (way[-1], text) != self._current:
-            before = self._before(way[-1])
+        chain = [number]
+        while (chain[-1], text) not in self._copies and (chain[-1], text) != self._current:
+            before = self._before(chain[-1])
             if before == NONE:
                 break
-            way.append(before)
-        for step in reversed(way):
+            chain.append(before)
+        for step in reversed(chain):
             self._reach((step, text), parameters)
-        return self._said[number, text]
+        return self._answers[number, text]
 
     def _before(self, number: int) -> int:
         if number not in self._reached:
@@ -102,7 +102,7 @@ class Machine(abc.ABC, Generic[A]):
         if key in self._copies:
             self._instance.fmu.setFMUState(self._copies[key])
         else:
-            self._said[key] = self._advance(self._reached[key[0]], self._settings(parameters))
+            self._answers[key] = self._advance(self._reached[key[0]], self._settings(parameters))
             self._keep(key)
         self._current = key
 

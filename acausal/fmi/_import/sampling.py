@@ -35,8 +35,8 @@ class SampledFMU(Machine[AfterStep]):
     def sample(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
         """The number of the new discrete state, whether the FMU ends the run, and the outputs."""
         with self._lock:
-            new, said = self._next(number, point, parameters)
-            return np.concatenate([[new, said.ends], said.outputs])
+            new, answer = self._next(number, point, parameters)
+            return np.concatenate([[new, answer.ends], answer.outputs])
 
     def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> AfterStep:
         (time, step), inputs = to.point[:2], to.point[2:]

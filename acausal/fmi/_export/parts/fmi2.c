@@ -1,14 +1,6 @@
 /* The functions of FMI 2.0. */
-#ifdef _WIN32
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-
-enum { OK, WARNING, DISCARD, ERROR, FATAL };
 enum { MODEL_EXCHANGE, CO_SIMULATION };
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
-typedef unsigned int Reference;
 
 typedef struct {
     Logger logger;
@@ -22,11 +14,6 @@ typedef struct {
     int again, ends, nominals, states, has_next;
     double next;
 } EventInfo;
-
-static int fmu_status(int is_fine)
-{
-    return is_fine ? OK : ERROR;
-}
 
 static void fmu_log_error(Instance *i, const char *text)
 {
@@ -67,11 +54,6 @@ EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, cons
     return i;
 }
 
-EXPORT void fmi2FreeInstance(void *instance)
-{
-    free(instance);
-}
-
 EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double tolerance, double start, int has_stop,
                                double stop)
 {
@@ -83,30 +65,6 @@ EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double toleran
 EXPORT int fmi2EnterInitializationMode(void *instance)
 {
     ((Instance *)instance)->state.phase = INITIALISATION;
-    return OK;
-}
-
-EXPORT int fmi2ExitInitializationMode(void *instance)
-{
-    Instance *i = instance;
-    if (!fmu_end_initialisation(i))
-        return ERROR;
-    if (i->is_co_simulation) {
-        i->state.phase = STEPS;
-        return fmu_status(fmu_do_events(i) >= 0);
-    }
-    return OK;
-}
-
-EXPORT int fmi2Terminate(void *instance)
-{
-    ((Instance *)instance)->state.phase = TERMINATED;
-    return OK;
-}
-
-EXPORT int fmi2Reset(void *instance)
-{
-    fmu_begin(instance);
     return OK;
 }
 
@@ -199,12 +157,6 @@ EXPORT int fmi2GetDirectionalDerivative(void *instance, const Reference unknowns
 
 /* Model exchange. */
 
-EXPORT int fmi2EnterEventMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = EVENTS;
-    return OK;
-}
-
 EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
 {
     const int changed = fmu_do_events(instance);
@@ -216,12 +168,6 @@ EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
     return OK;
 }
 
-EXPORT int fmi2EnterContinuousTimeMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = CONTINUOUS;
-    return OK;
-}
-
 EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enters_events, int *ends)
 {
     (void)no_return;
@@ -230,49 +176,9 @@ EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enter
     return OK;
 }
 
-EXPORT int fmi2SetTime(void *instance, double time)
-{
-    fmu_set_time(instance, time);
-    return OK;
-}
-
-EXPORT int fmi2SetContinuousStates(void *instance, const double states[], size_t n)
-{
-    if (n != N_OWN)
-        return ERROR;
-    fmu_set_states(instance, states);
-    return OK;
-}
-
 EXPORT int fmi2GetDerivatives(void *instance, double rates[], size_t n)
 {
     return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
-}
-
-EXPORT int fmi2GetEventIndicators(void *instance, double z[], size_t n)
-{
-    if (n != N_INDICATORS)
-        return ERROR;
-    fmu_indicators(instance, z);
-    return OK;
-}
-
-EXPORT int fmi2GetContinuousStates(void *instance, double states[], size_t n)
-{
-    if (n != N_OWN)
-        return ERROR;
-    fmu_get_states(instance, states);
-    return OK;
-}
-
-EXPORT int fmi2GetNominalsOfContinuousStates(void *instance, double nominals[], size_t n)
-{
-    (void)instance;
-    if (n != N_OWN)
-        return ERROR;
-    for (size_t k = 0; k < N_OWN; k++)
-        nominals[k] = fmu_nominal[fmu_own_state[k]];
-    return OK;
 }
 
 /* Co-simulation. */

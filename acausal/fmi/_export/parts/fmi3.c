@@ -1,18 +1,5 @@
 /* The functions of FMI 3.0. */
-#ifdef _WIN32
-#define EXPORT __declspec(dllexport)
-#else
-#define EXPORT __attribute__((visibility("default")))
-#endif
-
-enum { OK, WARNING, DISCARD, ERROR, FATAL };
 typedef void (*Logger)(void *, int, const char *, const char *);
-typedef unsigned int Reference;
-
-static int fmu_status(int is_fine)
-{
-    return is_fine ? OK : ERROR;
-}
 
 static void fmu_log_error(Instance *i, const char *text)
 {
@@ -72,47 +59,12 @@ EXPORT void *fmi3InstantiateScheduledExecution(const char *name, const char *tok
     return 0;
 }
 
-EXPORT void fmi3FreeInstance(void *instance)
-{
-    free(instance);
-}
-
 EXPORT int fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
                                        bool has_stop, double stop)
 {
     Instance *i = instance;
     (void)has_stop, (void)stop;
     fmu_begin_initialisation(i, start, has_tolerance ? tolerance : 0.0);
-    return OK;
-}
-
-EXPORT int fmi3ExitInitializationMode(void *instance)
-{
-    Instance *i = instance;
-    if (!fmu_end_initialisation(i))
-        return ERROR;
-    if (i->is_co_simulation) {
-        i->state.phase = STEPS;
-        return fmu_status(fmu_do_events(i) >= 0);
-    }
-    return OK;
-}
-
-EXPORT int fmi3EnterEventMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = EVENTS;
-    return OK;
-}
-
-EXPORT int fmi3Terminate(void *instance)
-{
-    ((Instance *)instance)->state.phase = TERMINATED;
-    return OK;
-}
-
-EXPORT int fmi3Reset(void *instance)
-{
-    fmu_begin(instance);
     return OK;
 }
 
@@ -255,6 +207,23 @@ EXPORT int fmi3GetDirectionalDerivative(void *instance, const Reference unknowns
     return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
+/* The product of seeds of unknowns with the derivatives by the known variables. */
+static int fmu_adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
+                   size_t n_knowns, const double *seeds, double *found)
+{
+    for (size_t j = 0; j < n_knowns; j++) {
+        const double one = 1.0;
+        double column;
+        found[j] = 0.0;
+        for (size_t k = 0; k < n_unknowns; k++) {
+            if (!fmu_directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
+                return 0;
+            found[j] += seeds[k] * column;
+        }
+    }
+    return 1;
+}
+
 EXPORT int fmi3GetAdjointDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
                                     const Reference knowns[], size_t n_knowns, const double seeds[], size_t n_seeds,
                                     double found[], size_t n_found)
@@ -339,12 +308,6 @@ EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, boo
     return OK;
 }
 
-EXPORT int fmi3EnterContinuousTimeMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = CONTINUOUS;
-    return OK;
-}
-
 EXPORT int fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *enters_events, bool *ends)
 {
     (void)no_return;
@@ -353,49 +316,9 @@ EXPORT int fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *ent
     return OK;
 }
 
-EXPORT int fmi3SetTime(void *instance, double time)
-{
-    fmu_set_time(instance, time);
-    return OK;
-}
-
-EXPORT int fmi3SetContinuousStates(void *instance, const double states[], size_t n)
-{
-    if (n != N_OWN)
-        return ERROR;
-    fmu_set_states(instance, states);
-    return OK;
-}
-
 EXPORT int fmi3GetContinuousStateDerivatives(void *instance, double rates[], size_t n)
 {
     return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
-}
-
-EXPORT int fmi3GetEventIndicators(void *instance, double z[], size_t n)
-{
-    if (n != N_INDICATORS)
-        return ERROR;
-    fmu_indicators(instance, z);
-    return OK;
-}
-
-EXPORT int fmi3GetContinuousStates(void *instance, double states[], size_t n)
-{
-    if (n != N_OWN)
-        return ERROR;
-    fmu_get_states(instance, states);
-    return OK;
-}
-
-EXPORT int fmi3GetNominalsOfContinuousStates(void *instance, double nominals[], size_t n)
-{
-    (void)instance;
-    if (n != N_OWN)
-        return ERROR;
-    for (size_t k = 0; k < N_OWN; k++)
-        nominals[k] = fmu_nominal[fmu_own_state[k]];
-    return OK;
 }
 
 EXPORT int fmi3GetNumberOfEventIndicators(void *instance, size_t *n)

@@ -164,7 +164,7 @@ static double fmu_derivative_of(Instance *i, unsigned int reference, double dt, 
     case 'v': value = i->state.model.dv[place]; break;
 #ifdef HAS_EVENTS
     case 'z': {
-        double z[N_INDICATORS + 1];
+        double z[N_INDICATORS + 1] = {0.0};
         MODEL_indicators_along(&i->state.model, dt, z);
         value = z[place];
         break;
@@ -193,23 +193,6 @@ static int fmu_directional(Instance *i, const unsigned int *unknowns, size_t n_u
         if (unknowns[k] >= N_VARIABLES)
             return fmu_report(i, "A derivative is asked of a variable that does not exist.");
         found[k] = fmu_derivative_of(i, unknowns[k], dt, dx);
-    }
-    return 1;
-}
-
-/* The product of seeds of unknowns with the derivatives by the known variables. */
-static int fmu_adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
-                   size_t n_knowns, const double *seeds, double *found)
-{
-    for (size_t j = 0; j < n_knowns; j++) {
-        const double one = 1.0;
-        double column;
-        found[j] = 0.0;
-        for (size_t k = 0; k < n_unknowns; k++) {
-            if (!fmu_directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
-                return 0;
-            found[j] += seeds[k] * column;
-        }
     }
     return 1;
 }

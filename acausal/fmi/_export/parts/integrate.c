@@ -1,6 +1,7 @@
 /* Co-simulation: Rodas5P with error control, and a search for events. */
 #define SMALLEST 1e-14 /* step relative to the time below which a run fails */
 #define MOST_REJECTED 1000
+#define MOST_STEPS 1000000 /* between two communication points */
 
 /* The matrix of a step, I / (gamma h) - J, in factors: columns of J without a common row are computed together. */
 static int fmu_factorise(Instance *i, double h)
@@ -122,7 +123,7 @@ static double fmu_change(Instance *i)
 {
     double most = -INFINITY;
 #ifdef HAS_EVENTS
-    double z[N_INDICATORS + 1];
+    double z[N_INDICATORS + 1] = {0.0};
     fmu_indicators(i, z);
     for (int k = 0; k < N_INDICATORS; k++)
         most = fmax(most, i->state.model.truths[k] ? -z[k] : z[k]);
@@ -198,7 +199,9 @@ static int fmu_take_step(Instance *i, double to)
 static int fmu_advance(Instance *i, double to)
 {
     MODEL *m = &i->state.model;
-    while (m->t < to) {
+    for (long steps = 0; m->t < to; steps++) {
+        if (steps == MOST_STEPS)
+            return fmu_report(i, "Co-simulation takes too many steps between two communication points.");
         const double due = fmu_next_event(i), end = fmin(to, due);
         i->work.has_event = 0;
         if (end > m->t && !fmu_take_step(i, end))
