@@ -31,7 +31,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> zipfile.ZipFile:
 @pytest.mark.thorough
 def test_wheel_holds_the_packages_with_their_data_and_nothing_else(wheel: zipfile.ZipFile) -> None:
     held = {name for name in wheel.namelist() if ".dist-info/" not in name}
-    suffixes = (".py", ".csv", ".json", "py.typed")
+    suffixes = (".py", ".c", ".csv", ".json", "py.typed")
     there = {
         path.relative_to(ROOT).as_posix()
         for name in PACKAGES
