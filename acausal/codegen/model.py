@@ -120,7 +120,7 @@ class CModel:
                 self.names.new(_function_name(program)),
                 " and ".join(self._equation_names(group)[:3]) + f" of the {self.system.name}",
                 tuple(holders[kind].kind.sizes[slot] for kind, slot in program.params),
-                tuple(read.shape for read in group.reads),
+                tuple(self.system.plan.shapes[variable] for variable, _ in group.uses[0].values),
                 self.tables,
                 self.names,
                 _comment(program),
@@ -146,7 +146,7 @@ class CModel:
         """The inputs of the program of a group: its parameters, values, and the time."""
         layout = self.layout
         own = [layout.members(key, members) for key, members in zip(group.program.params, group.members, strict=True)]
-        own += [layout.values([use.values[i] for use in group.uses]) for i in range(len(group.reads))]
+        own += [layout.values([use.values[i] for use in group.uses]) for i in range(len(group.uses[0].values))]
         return [*own, Places("t", np.zeros(len(group.uses), int))]
 
     def sizes(self, group: Group) -> list[int]:
@@ -159,13 +159,13 @@ class CModel:
             self.layout.values([use.gives[i] for use in group.uses]) for i in range(len(group.program.shapes))
         )
         if isinstance(code, Direct):
-            return Call(code.function, tuple(operands[i] for i in code.reads), results, self._comments(group))
+            return Call(results, self._comments(group), code.function, tuple(operands[i] for i in code.reads))
         tears = range(len(group.program.steps), len(group.program.shapes))
         guesses = (
             () if code.is_linear else tuple(self.layout.memory([use.gives[i] for use in group.uses]) for i in tears)
         )
         inputs = tuple(zip(operands, self.sizes(group), strict=True))
-        return Solve(code, inputs, results, tuple(guesses), self._comments(group))
+        return Solve(results, self._comments(group), code, inputs, tuple(guesses))
 
     # Comments
 

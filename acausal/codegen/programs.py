@@ -81,8 +81,10 @@ class Source:
         return self.names.new(f"{self.name}_{what}")
 
     def known(self, inputs: Sequence[Array]) -> Known:
+        """The inputs as the program reads them; the values of a sum of many flows are one array."""
         n = len(self.param_shapes)
-        return Known(list(inputs[:n]), list(inputs[n:-1]), inputs[-1])
+        values = list(inputs[n:-1])
+        return Known(list(inputs[:n]), values if self.program.weights is None else [jnp.stack(values)], inputs[-1])
 
     @ft.cached_property
     def input_names(self) -> list[str]:

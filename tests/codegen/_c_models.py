@@ -253,6 +253,31 @@ def rectifier() -> Bridge:
     )
 
 
+class Star(Component):
+    """A source that charges many capacitors, so that its current is a sum of many flows."""
+
+    source: electrical.ConstantVoltage
+    resistors: Array[electrical.Resistor]
+    capacitors: Array[electrical.Capacitor]
+    ground: electrical.Ground
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.source.p, self.resistors[:].p),
+            connect(self.resistors[:].n, self.capacitors[:].p),
+            connect(self.capacitors[:].n, self.source.n, self.ground.p),
+        )
+
+
+def star(n: int = 20) -> Star:
+    return Star(
+        source=electrical.ConstantVoltage(V=5.0),
+        resistors=repeat(electrical.Resistor(R=jnp.linspace(1.0, 3.0, n)), n),
+        capacitors=repeat(electrical.Capacitor(C=jnp.linspace(1.0, 2.0, n)), n),
+        ground=electrical.Ground(),
+    )
+
+
 def _divider(source: Any, r: Any, diode: Any, ballast: Any, c: Any, ground: Any) -> Connections:
     return (
         connect(source.p, r.p),
@@ -334,6 +359,7 @@ MODELS: dict[str, Callable[[], Component]] = {
     "clock": Clock,
     "rectifier": rectifier,
     "nonlinear block": nonlinear_block,
+    "star": star,
     "stick-slip": stick_slip,
     "tabulated spring": tabulated_spring,
     "striker": Striker,

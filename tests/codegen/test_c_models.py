@@ -13,7 +13,7 @@ from acausal._evaluate.observe import observe
 from acausal._integrate.loop.loop_start import event_start
 
 pytestmark = [needs_compiler, pytest.mark.filterwarnings("ignore::acausal.JumpWarning")]
-QUICK = ("nonlinear block", "wall", "clock")
+QUICK = ("nonlinear block", "wall", "clock", "star")
 T = 0.03
 CASES = [pytest.param(name, marks=[] if name in QUICK else pytest.mark.thorough) for name in MODELS]
 
