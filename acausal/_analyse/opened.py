@@ -1,7 +1,6 @@
 """Opened loops: a parameter drives a signal in place of its source."""
 
 import copy
-import dataclasses
 import functools as ft
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -9,7 +8,7 @@ from typing import Any, NamedTuple
 from .._declare.annotations import Param, Scalar
 from .._declare.by_name import replace
 from .._declare.component import Component, Connection, Connections, eq
-from .._declare.node import Port, derived, leaves_of
+from .._declare.node import Port, derived, extended, leaves_of
 from .._errors import ModelError
 from .._evaluate.building import system_of
 from .operating_point import OperatingPoint
@@ -67,18 +66,10 @@ def _broken(model: Component, path: str, field: str) -> tuple[Component, Break]:
     prefix = "".join(f"{part}." for part in parts[:depth])
     kind: Any = type(port)
     cls = _opened_class(type(owners[depth]), ".".join(parts[depth:]), field, kind)
-    made: Any = _with_field(owners[depth], cls, field, kind)
+    made: Any = extended(owners[depth], cls, **{field: _source_class(kind)()})
     for owner, part in zip(reversed(owners[:depth]), reversed(parts[:depth]), strict=True):
         made = _changed(owner, part, made)
     return made, Break(path, f"{path}.{leaves[0].path}", f"{prefix}{field}.k")
-
-
-def _with_field(owner: Component, cls: Any, field: str, kind: Any) -> Any:
-    made = object.__new__(cls)
-    for own in dataclasses.fields(owner):
-        object.__setattr__(made, own.name, getattr(owner, own.name))
-    object.__setattr__(made, field, _source_class(kind)())
-    return made
 
 
 def _changed(owner: Component, name: str, value: Any) -> Any:

@@ -110,6 +110,14 @@ def derived(cls: Any, fields: Mapping[str, object], namespace: Mapping[str, obje
     return meta(cls.__name__, (cls,), {"__module__": __name__, "__annotations__": dict(fields), **namespace})
 
 
+def extended(node: "Node", cls: Any, **fields: object) -> Any:
+    """A node as an instance of a class derived from its own, with the values of the additional fields."""
+    made = object.__new__(cls)
+    for name, value in {**vars(node), **fields}.items():
+        object.__setattr__(made, name, value)
+    return made
+
+
 def _own_converters(cls: Any, annotations: Container[str]) -> None:
     """Let messages about inherited fields name the class itself, not its base."""
     for field in dataclasses.fields(cls):

@@ -12,21 +12,32 @@ from .writer import Writer
 
 
 @dataclasses.dataclass(frozen=True)
-class Call:
-    """A function evaluated for each member of a group of similar blocks."""
+class GroupEvaluation:
+    """An evaluation of each member of a group of similar blocks: where its results go, and what they are."""
 
-    function: CFunction
-    arguments: tuple[Places, ...]
     results: tuple[Places, ...]
     comments: tuple[str, ...]
 
     @property
     def count(self) -> int:
+        """The number of members."""
         return len(self.results[0].firsts)
 
-    def write(self, writer: Writer) -> None:
+    def comment(self, writer: Writer) -> None:
+        """Write the comments."""
         for comment in self.comments:
             writer.comment(comment)
+
+
+@dataclasses.dataclass(frozen=True)
+class Call(GroupEvaluation):
+    """A function evaluated for each member."""
+
+    function: CFunction
+    arguments: tuple[Places, ...]
+
+    def write(self, writer: Writer) -> None:
+        self.comment(writer)
         with writer.loops(self.count) as index:
             inputs = [
                 operand(places, index, is_array=p.is_array)
@@ -41,25 +52,18 @@ class Call:
 
 
 @dataclasses.dataclass(frozen=True)
-class Solve:
-    """Equations that an iteration solves for each member of a group of similar blocks.
+class Solve(GroupEvaluation):
+    """Equations that an iteration solves for each member.
 
     `inputs` fill the vector `in`: the place of the first element of each member, and the number of elements.
     """
 
     block: Implicit
     inputs: tuple[tuple[Places, int], ...]
-    results: tuple[Places, ...]
     guesses: tuple[Places, ...]  # of its tearing variables, which are adjacent; empty for linear equations
-    comments: tuple[str, ...]
-
-    @property
-    def count(self) -> int:
-        return len(self.results[0].firsts)
 
     def write(self, writer: Writer) -> None:
-        for comment in self.comments:
-            writer.comment(comment)
+        self.comment(writer)
         block, n = self.block, len(self.block.sizes)
         with writer.block(""), writer.loops(self.count) as index:
             writer.line(f"double in[{max(block.n_inputs, 1)}], x[{n}];")

@@ -8,7 +8,7 @@ import numpy as np
 from jax import Array
 
 from .._evaluate.groups import Group
-from .._jax_private import jaxpr_as_fun
+from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._reduce.jaxpr import slice_outputs, structs
 from .calls import Call, Solve, fill, operand
 from .functions import CFunction, function_of
@@ -136,20 +136,25 @@ def _moving(source: Source, reads: Sequence[int]) -> list[int]:
     return [i for i in reads if i >= len(source.param_shapes)]
 
 
-def _direct(source: Source, code: Direct) -> CFunction:
-    closed, moving = code.closed, _moving(source, code.reads)
-    n, places = len(code.reads), [code.reads.index(i) for i in moving]
+def tangents_of(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
+    """The changes of the outputs of a jaxpr, from all its inputs and then the changes of those that are `moving`."""
+    n = len(closed.in_avals)
 
     def tangents(*values: Array) -> list[Array]:
         def outputs(*own: Array) -> list[Array]:
-            changed = dict(zip(places, own, strict=True))
+            changed = dict(zip(moving, own, strict=True))
             return jaxpr_as_fun(closed)(*(changed.get(i, x) for i, x in enumerate(values[:n])))
 
-        return jax.jvp(outputs, tuple(values[i] for i in places), values[n:])[1]
+        return jax.jvp(outputs, tuple(values[i] for i in moving), values[n:])[1]
 
-    shapes = [source.shapes[i] for i in (*code.reads, *moving)]
+    shapes = [aval.shape for aval in closed.in_avals]
+    return jax.make_jaxpr(tangents)(*structs([*shapes, *(shapes[i] for i in moving)]))
+
+
+def _direct(source: Source, code: Direct) -> CFunction:
+    moving = _moving(source, code.reads)
     names = [source.input_names[i] for i in code.reads] + [f"d_{source.input_names[i]}" for i in moving]
-    whole = jax.make_jaxpr(tangents)(*structs(shapes))
+    whole = tangents_of(code.closed, [code.reads.index(i) for i in moving])
     piece, used = slice_outputs(whole, slice(None))
     outputs = [f"d_{name}" for name in source.output_names]
     function = function_of(source.named("along"), piece, [names[i] for i in used], outputs, source.tables, source.where)
@@ -163,7 +168,7 @@ def _call(model: CModel, group: Group, code: Direct, function: CFunction) -> Mov
     results = tuple(
         _tangent(model.layout.values([use.gives[i] for use in group.uses])) for i in range(len(group.program.shapes))
     )
-    return Moved(Call(function, tuple(every[i] for i in function.takes), results, ()))
+    return Moved(Call(results, (), function, tuple(every[i] for i in function.takes)))
 
 
 def _tangent(places: Places) -> Places:

@@ -8,11 +8,12 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from .._evaluate.event_set import EventEntry, EventSet, Function
+from .._jax_private import ClosedJaxpr
 from .._reduce.logic import Expression as Condition
 from .leaves import leaf_value
 from .model import CModel
 from .resets import Resets
-from .values import Index, stored
+from .values import CValue, Index, stored
 from .write import array, function, part
 from .writer import Writer, inlined
 
@@ -123,9 +124,7 @@ class CEvents:
     def _outputs(self, writer: Writer, of: Function, targets: Sequence[tuple[str, int]]) -> None:
         """Write the outputs of a function of the leaves to vectors, each from a start."""
         values = [leaf_value(writer, self.model.layout, leaf) for leaf in of.leaves]
-        for result, (name, start) in zip(writer.run(inlined(of.closed), values), targets, strict=True):
-            vector = stored(name, (start + result.size + 1,), "f", is_array=True)
-            writer.assign(vector, result, start + np.arange(result.size))
+        write_outputs(writer, of.closed, values, targets)
 
     def _writer(self, what: str) -> Writer:
         writer = Writer(self.model.tables, f"{what} of {self.model.name}")
@@ -135,7 +134,7 @@ class CEvents:
 
     def _indicators(self) -> str:
         writer = self._writer("An event")
-        starts = _starts(self.events.indicators)
+        starts = starts_of(self.events.indicators.closed)
         self._outputs(writer, self.events.indicators, [("indicator", start) for start in starts])
         if not self.n_relations:
             writer.line("indicator[0] = -1.0;")
@@ -150,7 +149,7 @@ class CEvents:
         return function("static void conditions(const int *truth, int *holds)", lines, unread=("truth",))
 
     def _act(self) -> list[str]:
-        model, starts = self.model, _starts(self.events.actions)
+        model, starts = self.model, starts_of(self.events.actions.closed)
         head = f"static int act({model.name} *m, const int *fired)"
         if not starts:
             return [function(head, ["    return 1;"], unread=("m", "fired"))]
@@ -231,9 +230,18 @@ TIED_END = (
 )
 
 
-def _starts(of: Function) -> list[int]:
-    """The positions of the outputs of a function in one vector."""
-    sizes = [int(np.prod(aval.shape)) for aval in of.closed.out_avals]
+def write_outputs(
+    writer: Writer, closed: ClosedJaxpr, values: Sequence[CValue], targets: Sequence[tuple[str, int]]
+) -> None:
+    """Write the outputs of a jaxpr to vectors, each from a start."""
+    for result, (name, start) in zip(writer.run(inlined(closed), values), targets, strict=True):
+        vector = stored(name, (start + result.size + 1,), "f", is_array=True)
+        writer.assign(vector, result, start + np.arange(result.size))
+
+
+def starts_of(closed: ClosedJaxpr) -> list[int]:
+    """The positions of the outputs of a jaxpr in one vector."""
+    sizes = [int(np.prod(aval.shape)) for aval in closed.out_avals]
     return np.cumsum([0, *sizes]).tolist()[: len(sizes)]
 
 

@@ -102,13 +102,22 @@ def test_variables_have_names_units_and_roles(forced: Path) -> None:
     assert (variables["mu"].causality, variables["mu"].start, variables["mu"].min) == ("parameter", "1.0", "0.0")
     assert (variables["u"].causality, variables["power.value"].causality) == ("input", "output")
     assert variables["der(x)"].derivative is variables["x"]
-    assert variables["v"].unit == "1/s"
+    assert (variables["v"].unit, variables["der(v)"].unit) == ("1/s", "1/s2")
 
 
 def test_all_variables_of_the_model_are_outputs_by_default(tmp_path: Path) -> None:
     file = export_fmu(Forced(), tmp_path / "forced.fmu", inputs=["u"], platforms=[])
     variables = fmpy.read_model_description(str(file)).modelVariables
     assert [v.name for v in variables if v.causality == "output"] == ["x", "v"]
+
+
+def test_rates_and_outputs_depend_on_what_they_read(forced: Path) -> None:
+    description = fmpy.read_model_description(str(forced))
+    found = {
+        unknown.variable.name: {known.name for known in unknown.dependencies}
+        for unknown in (*description.derivatives, *description.outputs)
+    }
+    assert found == {"der(x)": {"v"}, "der(v)": {"x", "v", "u"}, "power.value": {"v", "u"}}
 
 
 def test_directional_derivatives_are_exact(forced: Path) -> None:
@@ -170,6 +179,7 @@ def test_a_violated_requirement_is_said(bouncer: Path, capfd: pytest.CaptureFixt
         ({"inputs": "u", "outputs": "speed"}, "no variable 'speed'"),
         ({"inputs": ["u"], "version": "1.0"}, "must be '2.0' or '3.0'"),
         ({"inputs": ["u"], "platforms": ["amiga"]}, "platform 'amiga' is unknown"),
+        ({"inputs": ["u"], "platforms": "amiga"}, "platform 'amiga' is unknown"),
     ],
 )
 def test_bad_arguments_are_refused(arguments: dict, message: str, tmp_path: Path) -> None:

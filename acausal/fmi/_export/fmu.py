@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from ..._declare.component import Component
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence
@@ -50,19 +52,19 @@ def export_fmu(
         raise ModelError(f"The version of FMI must be '2.0' or '3.0', not {version!r}.")
     number = int(version[0])
     inputs = names_of(inputs, "inputs")
+    platforms = None if platforms is None else names_of(platforms, "platforms")
     opened, sources = driven(model, inputs)
     own = identifier(path.stem)
     found = c_model(opened, f"{own}_model", outputs)  # not a name of the C code that all FMUs share
     events, tangents = events_of(found), along(found, with_rest=True)
     header = header_of(found, events, "equations of an FMU", DECLARATIONS)
     equations = source_of(found, events, tangents, own_functions(found, events, tangents))
-    n_indicators = events.n_relations if events else 0
-    variables = variables_of(found, inputs, sources, n_indicators)
+    variables = variables_of(found, inputs, sources, events.n_relations if events else 0)
     about = About(path.stem, own, _token(header, equations, repr(variables)), _text(model), stop_time)
     texts = {
         f"{found.name}.h": header,
         f"{found.name}.c": equations,
-        "fmu.c": fmu_source(found, about, variables, n_indicators, number),
+        "fmu.c": fmu_source(found, about, variables, number),
     }
     contents: dict[str, str | bytes] = {
         "modelDescription.xml": description(about, variables, _dependencies(found, variables), number)
@@ -89,16 +91,14 @@ def _text(model: Component) -> str:
 def _dependencies(model: CModel, variables: Variables) -> dict[int, list[int]]:
     """The states and inputs on which outputs and rates depend, by value reference."""
     of_place = {v.place: i for i, v in enumerate(variables.all) if v.space == "x"}
-    layout, system = model.layout, model.system
-    found = {}
-    for reference in (*variables.outputs, *variables.rates):
-        variable = variables.all[reference]
-        if variable.space == "x":
-            found[reference] = [reference]
-        elif variable.space == "v":
-            pair, element = layout.pair_at(variable.place)
-            row = dependence(system.plan, [pair])[[element]]
-            found[reference] = sorted(of_place[place] for place in row.indices.tolist())
-        else:
-            found[reference] = []
+    references = [*variables.outputs, *variables.rates]
+    found = {i: [i] if variables.all[i].space == "x" else [] for i in references}
+    computed = [i for i in references if variables.all[i].space == "v"]
+    places = [model.layout.pair_at(variables.all[i].place) for i in computed]
+    plan = model.system.plan
+    structure = dependence(plan, [pair for pair, _ in places])
+    starts = np.cumsum([0, *(plan.size(variable) for (variable, _), _ in places)]).tolist()
+    for reference, start, (_, element) in zip(computed, starts, places, strict=False):
+        row = structure[[start + element]]
+        found[reference] = sorted(of_place[place] for place in row.indices.tolist())
     return found

@@ -1,14 +1,12 @@
 """A model whose open signal inputs are driven from outside."""
 
-import copy
-import dataclasses
 import functools as ft
 from collections.abc import Sequence
 from typing import Any
 
 from ..._declare.annotations import Scalar, Var, prefer
 from ..._declare.component import Component, Connections, Equations, connect, eq
-from ..._declare.node import Port, derived, leaves_of, nodes_of
+from ..._declare.node import Port, derived, extended, leaves_of, nodes_of
 from ..._errors import ModelError, suggestion
 
 FIELD = "_inputs"
@@ -57,27 +55,20 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
     classes: tuple[Any, ...] = tuple(type(ports[name]) for name in inputs)
     own_class: Any = type(model)
     cls = _driven_class(own_class, tuple(inputs), classes)
-    made = object.__new__(cls)
-    for own in dataclasses.fields(model):
-        object.__setattr__(made, own.name, copy.copy(getattr(model, own.name)))
+    fields = {}
     for i, (name, port) in enumerate(zip(inputs, classes, strict=True)):
         (leaf,) = leaves_of(ports[name])
         start = leaf.value if leaf.value is not None else leaf.declaration.start
-        object.__setattr__(made, f"{FIELD}{i}", _source(port)(value=float(start)))
-    return made, [f"{FIELD}{i}.value" for i in range(len(inputs))]
+        fields[f"{FIELD}{i}"] = _source(port)(value=float(start))
+    return extended(model, cls, **fields), [f"{name}.value" for name in fields]
 
 
 @ft.cache
 def _driven_class(cls: Any, inputs: tuple[str, ...], ports: tuple[Any, ...]) -> Any:
     def connections(self: Any) -> Connections:
-        own = [connect(getattr(self, f"{FIELD}{i}").port, _part(self, name)) for i, name in enumerate(inputs)]
+        nodes: dict[str, Any] = dict(nodes_of(self))
+        own = [connect(getattr(self, f"{FIELD}{i}").port, nodes[name]) for i, name in enumerate(inputs)]
         return (*cls.connections(self), *own)
 
     fields = {f"{FIELD}{i}": _source(port) for i, port in enumerate(ports)}
     return derived(cls, fields, {"connections": connections})
-
-
-def _part(model: Any, path: str) -> Any:
-    for step in path.replace("[", ".").replace("]", "").split("."):
-        model = model[int(step)] if step.isdigit() else getattr(model, step)
-    return model

@@ -2,20 +2,14 @@
 
 from importlib.resources import files
 
-import jax
 import numpy as np
-from jax import Array
 
-from ..._integrate.solvers._rodas5p import Rodas5P
-from ..._jax_private import jaxpr_as_fun
-from ..._reduce.jaxpr import structs
-from ...codegen.derivatives import Along
-from ...codegen.events import CEvents
-from ...codegen.functions import inlined
+from ..._integrate.solvers import Rodas5P
+from ...codegen.derivatives import Along, tangents_of
+from ...codegen.events import CEvents, starts_of, write_outputs
 from ...codegen.leaves import leaf_value
 from ...codegen.model import CModel
 from ...codegen.steps import pattern_tables, remember_function
-from ...codegen.values import stored
 from ...codegen.write import array, function
 from ...codegen.writer import Writer
 from .description import About
@@ -35,10 +29,10 @@ def part(name: str) -> str:
     return (files(__package__ or __name__) / "parts" / f"{name}.c").read_text().rstrip()
 
 
-def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: int, version: int) -> str:
+def fmu_source(model: CModel, about: About, variables: Variables, version: int) -> str:
     """The file fmu.c, which includes the equations."""
     tables = [
-        _constants(model, about, variables, n_indicators),
+        _constants(model, about, variables),
         _places(variables),
         *pattern_tables(model, "fmu_"),
         *_method(),
@@ -51,14 +45,14 @@ def fmu_source(model: CModel, about: About, variables: Variables, n_indicators: 
     return "\n\n".join([INCLUDES, f'#include "{model.name}.c"', *tables, shared]) + "\n"
 
 
-def _constants(model: CModel, about: About, variables: Variables, n_indicators: int) -> str:
+def _constants(model: CModel, about: About, variables: Variables) -> str:
     lines = [
         f'#define TOKEN "{about.token}"',
         f'#define CANNOT_SET "{CANNOT_SET}"',
         f"#define N_VARIABLES {len(variables.all)}",
         f"#define N_ALL {model.n_states} /* states of the equations: those of the FMU, and its inputs */",
         f"#define N_OWN {len(variables.state_places)} /* states of the FMU */",
-        f"#define N_INDICATORS {n_indicators}",
+        f"#define N_INDICATORS {len(variables.indicators)}",
     ]
     return "\n".join(lines + ["#define HAS_EVENTS"] * (model.system.events is not None))
 
@@ -98,8 +92,8 @@ def _matrix(name: str, values: np.ndarray) -> str:
 
 
 def own_functions(model: CModel, events: CEvents | None, tangents: Along) -> list[str]:
-    """What an FMU needs beside the equations: derivatives of all values along a direction, at the point of the last
-    evaluation, those of the event indicators, and the memory of iterations.
+    """The functions of an FMU beside the equations: derivatives of all values along a direction, at the point of the
+    last evaluation, those of the event indicators, and the memory of iterations.
     """
     name, n = model.name, model.n_states
     writer = Writer(model.tables, name)
@@ -116,30 +110,15 @@ def own_functions(model: CModel, events: CEvents | None, tangents: Along) -> lis
 
 
 def _indicators_along(model: CModel, events: CEvents) -> str:
+    """The derivatives of the event indicators along the direction of the values."""
     of, leaves = events.events.indicators, model.system.flat.leaves
     moving = [i for i, leaf in enumerate(of.leaves) if leaves[leaf].declaration.is_variable]
-    shapes = [aval.shape for aval in of.closed.in_avals]
-
-    def tangents(*values: Array) -> list[Array]:
-        own, changes = list(values[: len(shapes)]), values[len(shapes) :]
-
-        def indicators(*moved: Array) -> list[Array]:
-            changed = dict(zip(moving, moved, strict=True))
-            return jaxpr_as_fun(of.closed)(*(changed.get(i, x) for i, x in enumerate(own)))
-
-        return jax.jvp(indicators, tuple(own[i] for i in moving), changes)[1]
-
-    whole = jax.make_jaxpr(tangents)(*structs([*shapes, *(shapes[i] for i in moving)]))
     writer = Writer(model.tables, f"An event of {model.name}")
     for taken in ("m", "t", "dt", "v", "dv", "p", "d", "indicator"):
         writer.names.new(taken)
     values = [leaf_value(writer, model.layout, leaf) for leaf in of.leaves]
     values += [leaf_value(writer, model.layout, of.leaves[i], is_tangent=True) for i in moving]
-    start = 0
-    for result in writer.run(inlined(whole), values):
-        writer.assign(
-            stored("indicator", (start + result.size + 1,), "f", is_array=True), result, start + np.arange(result.size)
-        )
-        start += result.size
+    targets = [("indicator", start) for start in starts_of(of.closed)]
+    write_outputs(writer, tangents_of(of.closed, moving), values, targets)
     head = f"static void {model.name}_indicators_along(const {model.name} *m, double dt, double *indicator)"
     return function(head, writer.lines, unread=("m", "dt", "indicator"), is_constant=True)

@@ -2,8 +2,8 @@
 
 import collections
 import dataclasses
-from collections.abc import Sequence
-from typing import Literal
+from collections.abc import Container, Sequence
+from typing import Literal, NamedTuple
 
 from ..._errors import ModelError
 from ..._evaluate.program import Use
@@ -35,61 +35,88 @@ class FmuVariable:
 
 @dataclasses.dataclass(frozen=True)
 class Variables:
-    """All variables, each with its value reference as its position, and the positions of some kinds."""
+    """All variables, each with its value reference as its position, and the value references of some kinds."""
 
     all: list[FmuVariable]
-    states: list[int]
     rates: list[int]
     outputs: list[int]
     indicators: list[int]
     state_places: list[int]  # of the FMU's states in the state vector of the C code, which holds the inputs, too
-    input_places: list[int]
 
 
 def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n_indicators: int) -> Variables:
-    """The variables of an exported model. `sources` are the paths that hold the values of the inputs."""
-    held = _input_places(model, inputs, sources)
-    names = {place: output.name for output in model.outputs if (place := _state_place(model, output)) is not None}
-    discrete = {output.name for output in model.outputs if output.places.space == "d"}
-    found = [FmuVariable("time", "independent", "continuous", "s", "t", 0)]
-    states, rates, places = [], [], []
-    for name, unit, place, value in _elements(model.states):
-        if place in held:
-            continue
-        is_output = place in names and names[place] == name
-        states.append(len(found))
-        places.append(place)
-        causality = "output" if is_output else "local"
-        found.append(FmuVariable(name, causality, "continuous", unit, "x", place, start=value))
-    for state, place in zip(list(states), places, strict=True):
-        own = found[state]
-        unit = _per_second(own.unit)
-        rates.append(len(found))
-        where = int(model.rate_places[place])
-        found.append(FmuVariable(f"der({own.name})", "local", "continuous", unit, "v", where, derivative_of=state))
-    starts = {place: value for _, _, place, value in _elements(model.states)}
-    for name, (place, sign) in zip(inputs, held.items(), strict=True):
-        found.append(FmuVariable(name, "input", "continuous", "", "x", place, sign, start=sign * starts[place]))
-    positive = _positive(model)
-    for name, unit, place, value in _elements(model.parameters):
-        minimum = 0.0 if place in positive else None
-        found.append(FmuVariable(name, "parameter", "tunable", unit, "p", place, start=value, minimum=minimum))
-    for name, unit, place, value in _elements(model.discrete):
-        causality = "output" if name in discrete else "local"
-        found.append(FmuVariable(name, causality, "discrete", unit, "d", place, start=value))
-    outputs = [i for i, own in enumerate(found) if own.causality == "output"]
-    shown = {found[i].name for i in outputs}
-    for output in model.outputs:
-        if output.name in shown:
-            continue
-        space = output.places.space or "0"
-        outputs.append(len(found))
-        first, sign = int(output.places.firsts[0]), output.places.sign
-        found.append(FmuVariable(output.name, "output", "continuous", output.unit, space, first, sign))
-    indicators = list(range(len(found), len(found) + n_indicators))
+    """The variables of an exported model. `sources` are the paths that hold the values of the inputs.
+
+    A state or a discrete variable that is an output is one variable of the FMU, not two.
+    """
+    shown = {output.name for output in model.outputs}
+    signs = _input_places(model, inputs, sources)
+    elements = _elements(model.states)
+    states = [_stored(item, "x", "continuous", shown) for item in elements if item.place not in signs]
+    found = [FmuVariable("time", "independent", "continuous", "s", "t", 0), *states]
+    rates = [_rate(model, state, 1 + number) for number, state in enumerate(states)]
+    found += rates
+    starts = {item.place: item.value for item in elements}
+    found += [
+        FmuVariable(name, "input", "continuous", "", "x", place, sign, start=sign * starts[place])
+        for name, (place, sign) in zip(inputs, signs.items(), strict=True)
+    ]
+    found += _parameters(model)
+    found += [_stored(item, "d", "discrete", shown) for item in _elements(model.discrete)]
+    known = {variable.name for variable in found}
+    found += [_computed(output) for output in model.outputs if output.name not in known]
+    outputs = [reference for reference, variable in enumerate(found) if variable.causality == "output"]
+    indicators = range(len(found), len(found) + n_indicators)
     found += [FmuVariable(f"event_indicator[{i}]", "local", "continuous", "", "z", i) for i in range(n_indicators)]
     _check_names(found)
-    return Variables(found, states, rates, outputs, indicators, places, list(held))
+    first_rate = 1 + len(states)
+    return Variables(
+        found,
+        list(range(first_rate, first_rate + len(rates))),
+        outputs,
+        list(indicators),
+        [state.place for state in states],
+    )
+
+
+class _Element(NamedTuple):
+    """An element of a named array of the C struct."""
+
+    name: str
+    unit: str
+    place: int
+    value: float
+
+
+def _stored(element: _Element, space: Space, variability: str, shown: Container[str]) -> FmuVariable:
+    """A state or a discrete variable."""
+    causality = "output" if element.name in shown else "local"
+    return FmuVariable(element.name, causality, variability, element.unit, space, element.place, start=element.value)
+
+
+def _rate(model: CModel, state: FmuVariable, reference: int) -> FmuVariable:
+    """The rate of the state with this value reference."""
+    place = int(model.rate_places[state.place])
+    unit = _per_second(state.unit)
+    return FmuVariable(f"der({state.name})", "local", "continuous", unit, "v", place, derivative_of=reference)
+
+
+def _parameters(model: CModel) -> list[FmuVariable]:
+    positive = _positive(model)
+    return [
+        FmuVariable(
+            name, "parameter", "tunable", unit, "p", place, start=value, minimum=0.0 if place in positive else None
+        )
+        for name, unit, place, value in _elements(model.parameters)
+    ]
+
+
+def _computed(output: Output) -> FmuVariable:
+    """An output that the C code evaluates."""
+    places = output.places
+    return FmuVariable(
+        output.name, "output", "continuous", output.unit, places.space or "0", int(places.firsts[0]), places.sign
+    )
 
 
 def _per_second(unit: str) -> str:
@@ -101,13 +128,13 @@ def _per_second(unit: str) -> str:
     return str(parsed(unit).dimension / TIME) if "/" in unit else f"{unit}/s"
 
 
-def _elements(quantities: Sequence[Quantity]) -> list[tuple[str, str, int, float]]:
-    """Name, unit, place and value of each element; an array has one for each."""
+def _elements(quantities: Sequence[Quantity]) -> list[_Element]:
+    """The elements of all quantities."""
     found = []
     for quantity in quantities:
         for i, value in enumerate(quantity.value.tolist()):
             name = quantity.name if quantity.size == 1 else f"{quantity.name}[{i}]"
-            found.append((name, quantity.unit, quantity.place + i, float(value)))
+            found.append(_Element(name, quantity.unit, quantity.place + i, float(value)))
     return found
 
 
@@ -145,13 +172,6 @@ def _positive(model: CModel) -> set[int]:
         if sign is not None and sign.name in ("positive", "nonnegative"):
             found |= set(range(start, start + model.layout.size(leaf)))
     return found
-
-
-def _state_place(model: CModel, output: Output) -> int | None:
-    """The place of a state that an output shows; None for other values."""
-    places = output.places
-    is_state = places.space == "v" and places.sign == 1 and int(places.firsts[0]) < model.n_states
-    return int(places.firsts[0]) if is_state else None
 
 
 def _check_names(variables: Sequence[FmuVariable]) -> None:

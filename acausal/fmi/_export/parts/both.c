@@ -23,34 +23,24 @@ EXPORT int FMI_ExitInitializationMode(void *instance)
     Instance *i = instance;
     if (!fmu_end_initialisation(i))
         return ERROR;
-    if (i->is_co_simulation) {
-        i->state.phase = STEPS;
-        return fmu_status(fmu_do_events(i) >= 0);
-    }
-    return OK;
+    return fmu_status(!i->is_co_simulation || fmu_do_events(i) >= 0);
 }
 
-EXPORT int FMI_Terminate(void *instance)
-{
-    ((Instance *)instance)->state.phase = TERMINATED;
-    return OK;
-}
+/* Changes of the mode, which need nothing here: values are evaluated when they are asked for. */
+#define MODE(name)                                                                                                     \
+    EXPORT int FMI_##name(void *instance)                                                                              \
+    {                                                                                                                  \
+        (void)instance;                                                                                                \
+        return OK;                                                                                                     \
+    }
+
+MODE(EnterEventMode)
+MODE(EnterContinuousTimeMode)
+MODE(Terminate)
 
 EXPORT int FMI_Reset(void *instance)
 {
     fmu_begin(instance);
-    return OK;
-}
-
-EXPORT int FMI_EnterEventMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = EVENTS;
-    return OK;
-}
-
-EXPORT int FMI_EnterContinuousTimeMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = CONTINUOUS;
     return OK;
 }
 

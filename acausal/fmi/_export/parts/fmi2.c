@@ -62,11 +62,7 @@ EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double toleran
     return OK;
 }
 
-EXPORT int fmi2EnterInitializationMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = INITIALISATION;
-    return OK;
-}
+MODE(EnterInitializationMode)
 
 /* Variables: all are real numbers. */
 
@@ -86,16 +82,16 @@ EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, c
     return OK;
 }
 
-#define OTHER_TYPE(name, type)                                                                                        \
-    EXPORT int fmi2Get##name(void *instance, const Reference references[], size_t n, type values[])                   \
-    {                                                                                                                 \
-        (void)instance, (void)references, (void)values;                                                               \
-        return fmu_status(n == 0);                                                                                        \
-    }                                                                                                                 \
-    EXPORT int fmi2Set##name(void *instance, const Reference references[], size_t n, const type values[])             \
-    {                                                                                                                 \
-        (void)instance, (void)references, (void)values;                                                               \
-        return fmu_status(n == 0);                                                                                        \
+#define OTHER_TYPE(name, type)                                                                                         \
+    EXPORT int fmi2Get##name(void *instance, const Reference references[], size_t n, type values[])                    \
+    {                                                                                                                  \
+        (void)instance, (void)references, (void)values;                                                                \
+        return fmu_status(n == 0);                                                                                     \
+    }                                                                                                                  \
+    EXPORT int fmi2Set##name(void *instance, const Reference references[], size_t n, const type values[])              \
+    {                                                                                                                  \
+        (void)instance, (void)references, (void)values;                                                                \
+        return fmu_status(n == 0);                                                                                     \
     }
 
 typedef const char *String;

@@ -17,7 +17,8 @@ EXPORT int fmi3SetDebugLogging(void *instance, bool on, size_t n, const char *co
     return OK;
 }
 
-static void *fmu_instantiate(const char *name, const char *token, void *environment, Logger logger, int is_co_simulation)
+static void *fmu_instantiate(const char *name, const char *token, void *environment, Logger logger,
+                             int is_co_simulation)
 {
     Instance *i = fmu_new_instance(name, token, TOKEN);
     if (!i) {
@@ -78,7 +79,8 @@ EXPORT int fmi3GetFloat64(void *instance, const Reference references[], size_t n
     return OK;
 }
 
-EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n, const double values[], size_t n_values)
+EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n, const double values[],
+                          size_t n_values)
 {
     for (size_t k = 0; k < n; k++)
         if (n != n_values || !fmu_set_value(instance, references[k], values[k]))
@@ -86,16 +88,17 @@ EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n
     return OK;
 }
 
-#define OTHER_TYPE(name, type)                                                                                        \
-    EXPORT int fmi3Get##name(void *instance, const Reference references[], size_t n, type values[], size_t n_values)  \
-    {                                                                                                                 \
-        (void)instance, (void)references, (void)values, (void)n_values;                                               \
-        return fmu_status(n == 0);                                                                                        \
-    }                                                                                                                 \
-    EXPORT int fmi3Set##name(void *instance, const Reference references[], size_t n, const type values[], size_t n_values) \
-    {                                                                                                                 \
-        (void)instance, (void)references, (void)values, (void)n_values;                                               \
-        return fmu_status(n == 0);                                                                                        \
+#define OTHER_TYPE(name, type)                                                                                         \
+    EXPORT int fmi3Get##name(void *instance, const Reference references[], size_t n, type values[], size_t n_values)   \
+    {                                                                                                                  \
+        (void)instance, (void)references, (void)values, (void)n_values;                                                \
+        return fmu_status(n == 0);                                                                                     \
+    }                                                                                                                  \
+    EXPORT int fmi3Set##name(void *instance, const Reference references[], size_t n, const type values[],              \
+                             size_t n_values)                                                                          \
+    {                                                                                                                  \
+        (void)instance, (void)references, (void)values, (void)n_values;                                                \
+        return fmu_status(n == 0);                                                                                     \
     }
 
 OTHER_TYPE(Float32, float)
@@ -207,21 +210,21 @@ EXPORT int fmi3GetDirectionalDerivative(void *instance, const Reference unknowns
     return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
-/* The product of seeds of unknowns with the derivatives by the known variables. */
+/* The product of seeds of unknowns with the derivatives by the known variables: one direction for each of these. */
 static int fmu_adjoint(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
-                   size_t n_knowns, const double *seeds, double *found)
+                       size_t n_knowns, const double *seeds, double *found)
 {
-    for (size_t j = 0; j < n_knowns; j++) {
+    double *column = malloc((n_unknowns + 1) * sizeof(double));
+    int is_fine = column != 0;
+    for (size_t j = 0; is_fine && j < n_knowns; j++) {
         const double one = 1.0;
-        double column;
+        is_fine = fmu_directional(i, unknowns, n_unknowns, &knowns[j], 1, &one, column);
         found[j] = 0.0;
-        for (size_t k = 0; k < n_unknowns; k++) {
-            if (!fmu_directional(i, &unknowns[k], 1, &knowns[j], 1, &one, &column))
-                return 0;
-            found[j] += seeds[k] * column;
-        }
+        for (size_t k = 0; is_fine && k < n_unknowns; k++)
+            found[j] += seeds[k] * column[k];
     }
-    return 1;
+    free(column);
+    return is_fine;
 }
 
 EXPORT int fmi3GetAdjointDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
@@ -245,11 +248,11 @@ EXPORT int fmi3ExitConfigurationMode(void *instance)
     return fmu_status(fmu_report(instance, "This FMU has no structural parameters."));
 }
 
-#define OF_CLOCKS(name, first, second)                                                                                \
-    EXPORT int fmi3##name(void *instance, const Reference references[], size_t n, first, second)                      \
-    {                                                                                                                 \
-        (void)instance, (void)references, (void)a, (void)b;                                                           \
-        return fmu_status(n == 0);                                                                                        \
+#define OF_CLOCKS(name, first, second)                                                                                 \
+    EXPORT int fmi3##name(void *instance, const Reference references[], size_t n, first, second)                       \
+    {                                                                                                                  \
+        (void)instance, (void)references, (void)a, (void)b;                                                            \
+        return fmu_status(n == 0);                                                                                     \
     }
 
 OF_CLOCKS(GetIntervalDecimal, double a[], int b[])
@@ -296,8 +299,8 @@ EXPORT int fmi3EvaluateDiscreteStates(void *instance)
 
 /* Model exchange. */
 
-EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *states, bool *has_next,
-                                    double *next)
+EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *states,
+                                    bool *has_next, double *next)
 {
     const int changed = fmu_do_events(instance);
     *again = *nominals = false;
@@ -337,11 +340,7 @@ EXPORT int fmi3GetNumberOfContinuousStates(void *instance, size_t *n)
 
 /* Co-simulation. */
 
-EXPORT int fmi3EnterStepMode(void *instance)
-{
-    ((Instance *)instance)->state.phase = STEPS;
-    return OK;
-}
+MODE(EnterStepMode)
 
 EXPORT int fmi3GetOutputDerivatives(void *instance, const Reference references[], size_t n, const int32_t orders[],
                                     double values[], size_t n_values)
@@ -350,8 +349,8 @@ EXPORT int fmi3GetOutputDerivatives(void *instance, const Reference references[]
     return fmu_status(n == 0);
 }
 
-EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_return, bool *has_event, bool *ends, bool *early,
-                      double *last)
+EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_return, bool *has_event, bool *ends,
+                      bool *early, double *last)
 {
     Instance *i = instance;
     (void)no_return;

@@ -1,10 +1,7 @@
 /* An instance of the model: its state, which is copied as a whole, and what belongs to the importer. */
-enum phase { INSTANTIATED, INITIALISATION, EVENTS, CONTINUOUS, STEPS, TERMINATED };
-
 typedef struct {
     MODEL model;
     double size; /* of the next step of co-simulation, s; 0 before the first */
-    int phase;
     int has_begun;    /* whether the events at the start have happened */
     int is_evaluated; /* whether the values belong to the time, the states and the parameters */
 } State;
@@ -14,8 +11,9 @@ typedef struct {
     double y0[N_ALL + 1], y1[N_ALL + 1], slopes[N_ALL + 1], by_time[N_ALL + 1], stages[STAGES][N_ALL + 1];
     double matrix[N_ALL * N_ALL + 1];
     int pivot[N_ALL + 1];
-    int has_event; /* whether it ended at a change of a relation */
-    int has_ended; /* whether an event ended the run */
+    double z_along[N_INDICATORS + 1]; /* derivatives of the event indicators along a direction */
+    int has_event;                    /* whether it ended at a change of a relation */
+    int has_ended;                    /* whether an event ended the run */
 } Work;
 
 typedef struct Instance Instance;
@@ -146,11 +144,15 @@ static int fmu_rates_of(Instance *i, double *rates)
     return is_finite;
 }
 
-/* Writes to dv the derivatives along a direction of states, inputs and the time. */
+/* Writes the derivatives along a direction of states, inputs and the time: of all values to dv, and of the event
+   indicators. */
 static void fmu_along(Instance *i, double dt, const double *dx)
 {
     fmu_evaluate(i);
     MODEL_along_all(&i->state.model, dt, dx);
+#ifdef HAS_EVENTS
+    MODEL_indicators_along(&i->state.model, dt, i->work.z_along);
+#endif
 }
 
 /* The derivative of a variable along the last direction; dt and dx are that direction. */
@@ -162,20 +164,13 @@ static double fmu_derivative_of(Instance *i, unsigned int reference, double dt, 
     case 't': value = dt; break;
     case 'x': value = dx[place]; break;
     case 'v': value = i->state.model.dv[place]; break;
-#ifdef HAS_EVENTS
-    case 'z': {
-        double z[N_INDICATORS + 1] = {0.0};
-        MODEL_indicators_along(&i->state.model, dt, z);
-        value = z[place];
-        break;
-    }
-#endif
+    case 'z': value = i->work.z_along[place]; break;
     }
     return fmu_sign_of[reference] * value;
 }
 
-/* Derivatives of variables along the direction in which the known ones change by the seeds. Returns 0 for a variable
-   that is no state, input or the time. */
+/* Derivatives of variables along the direction in which the known ones change by the seeds. Returns 0 for a known
+   variable that is no state, input or the time, and for an unknown one that does not exist. */
 static int fmu_directional(Instance *i, const unsigned int *unknowns, size_t n_unknowns, const unsigned int *knowns,
                        size_t n_knowns, const double *seeds, double *found)
 {
@@ -216,7 +211,6 @@ static int fmu_end_initialisation(Instance *i)
     if (violation)
         return fmu_report(i, violation);
     i->state.is_evaluated = 0;
-    i->state.phase = EVENTS;
     return 1;
 }
 
@@ -227,7 +221,6 @@ static void fmu_begin_initialisation(Instance *i, double start, double tolerance
         i->tolerance = tolerance;
     i->state.model.t = i->state.model.start = start;
     i->state.is_evaluated = 0;
-    i->state.phase = INITIALISATION;
 }
 
 static void fmu_set_time(Instance *i, double time)
