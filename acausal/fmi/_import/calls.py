@@ -61,9 +61,7 @@ def _function(call: HostCall) -> Callable[[Array, Array, Array], Array]:
 Derivative: TypeAlias = Callable[[], HostCall]
 
 
-def call_of(
-    host: Host, shape: tuple[int, ...], by_point: Callable[[], HostCall], by_parameters: Callable[[], HostCall]
-) -> HostCall:
+def call_of(host: Host, shape: tuple[int, ...], by_point: Derivative, by_parameters: Derivative) -> HostCall:
     """A function whose derivatives are made once, when they are first needed."""
     return HostCall(host, shape, ft.cache(by_point), ft.cache(by_parameters))
 

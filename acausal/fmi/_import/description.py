@@ -82,8 +82,6 @@ def read(path: Path, reserved: Iterable[str], extra: Sequence[str]) -> Descripti
     fmpy = needed("fmpy", "fmi", "An FMU")
     try:
         raw = fmpy.read_model_description(str(path))
-    except FileNotFoundError:
-        raise ModelError(f"There is no file {path}.") from None
     except Exception as error:
         raise ModelError(f"{path.name} has no readable model description: {error}") from error
     if raw.fmiVersion[0] not in "23":

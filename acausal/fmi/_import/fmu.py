@@ -52,7 +52,7 @@ def FMU(
         raise ModelError(f"There is no file {file}.")
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     is_sampled = step is not None
-    of = class_of(Key(path, digest, outputs, (), differences, is_sampled))._of
+    of = _described(path, digest, outputs, is_sampled)
     if not is_sampled:
         _check_steps(of, path.name)
     whole = {v.field for v in of.fixed}
@@ -64,8 +64,8 @@ def FMU(
 @made_once(maxsize=64)
 def class_of(key: Key) -> type[ImportedFMU]:
     """The class of an FMU, with its variables as fields."""
-    base: Any = CoSimulation if key.is_sampled else ModelExchange
-    of = read(key.path, [*dir(base), "states", "signs", "held", "outputs"], key.outputs)
+    base = _base(key.is_sampled)
+    of = _described(key.path, key.digest, key.outputs, key.is_sampled)
     fixed = list(({variable.field: float(variable.start) for variable in of.fixed} | dict(key.fixed)).values())
     if key.is_sampled:
         calls: Any = SampleCalls(SampledFMU(key.path, key.digest, of, fixed))
@@ -73,6 +73,17 @@ def class_of(key: Key) -> type[ImportedFMU]:
         calls = Calls(Functions(key.path, key.digest, of, fixed, key.differences))
     namespace = {"__module__": __name__, "__doc__": _text(of), "_key": key, "_of": of, "_calls": calls}
     return type(base)(key.path.stem, (base,), namespace | {"__annotations__": _fields(of, key.is_sampled)})
+
+
+def _base(is_sampled: bool) -> Any:
+    return CoSimulation if is_sampled else ModelExchange
+
+
+@made_once(maxsize=64)
+def _described(path: Path, digest: str, outputs: tuple[str, ...], is_sampled: bool) -> Description:
+    """The description of an FMU, whose fields do not collide with those of its class."""
+    del digest  # of the content of the file
+    return read(path, [*dir(_base(is_sampled)), "states", "signs", "held", "outputs"], outputs)
 
 
 class FMUWarning(UserWarning):
@@ -138,7 +149,7 @@ def _ports(kind: Any, variable: ImportedVariable, start: Any) -> Any:
 
 
 def _text(of: Description) -> str:
-    """The documentation of the class: what the FMU says of itself and of its variables."""
+    """The documentation of the class: the descriptions of the FMU and of its variables."""
     lines = [of.raw.description or of.raw.modelName, ""]
     for title in ("parameters", "inputs", "outputs", "states", "fixed"):
         for v in getattr(of, title):

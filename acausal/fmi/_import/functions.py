@@ -9,7 +9,7 @@ import numpy as np
 from ..._errors import ModelError, SimulationError
 from .description import REAL, Description, ImportedVariable, placed, size_of
 from .instance import AfterEvent, Instance, provides_directional
-from .machine import FIRST, NONE, Key, Machine, Reached
+from .machine import FIRST, NONE, Machine, Reached, StateKey
 
 DISCARDED = 2  # status of a call of FMI outside the range of the model
 STEP, SECOND_STEP = 6e-6, 1e-4  # steps of central differences, relative to the size, for first and second derivatives
@@ -166,7 +166,7 @@ class Functions(Machine[AfterEvent]):
         self._instance.fmu.enterEventMode()
         return self._instance.end_event()
 
-    def _reach(self, key: Key, parameters: np.ndarray) -> None:
+    def _reach(self, key: StateKey, parameters: np.ndarray) -> None:
         leaves = key != self._current
         super()._reach(key, parameters)
         self._place = None if leaves else self._place
@@ -191,7 +191,7 @@ class Functions(Machine[AfterEvent]):
 
 
 def _or_nan(read: Callable[[], np.ndarray], size: int) -> np.ndarray:
-    """What the FMU says, and NaN where it discards the point."""
+    """Values of the FMU; NaN where it discards the point."""
     try:
         return read()
     except Exception as error:

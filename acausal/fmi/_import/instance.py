@@ -33,7 +33,6 @@ class Instance:
         fmpy = needed("fmpy.simulation", "fmi", "An FMU")
         self.is_3 = description.version == 3
         self.description = description
-        self.kind = kind
         try:
             self.fmu = fmpy.instantiate_fmu(folder, description.raw, kind)
         except Exception as error:
@@ -118,7 +117,10 @@ class Instance:
         return values
 
     def _named(self, kind: str) -> str:
-        return "Int64" if self.is_3 and kind == "Enumeration" else "Integer" if kind == "Enumeration" else kind
+        """The type of the functions that set and get variables of a kind."""
+        if kind != "Enumeration":
+            return kind
+        return "Int64" if self.is_3 else "Integer"
 
 
 def _doubles(values: np.ndarray) -> Any:

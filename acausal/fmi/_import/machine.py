@@ -23,7 +23,7 @@ NONE, FIRST = -1, 0  # numbers before initialisation, and at its end with the st
 COPIES = 1000  # largest number of copies of the state of an FMU
 
 A = TypeVar("A")
-Key = tuple[int, bytes]  # a discrete state for given parameters
+StateKey = tuple[int, bytes]  # a discrete state for given parameters
 
 
 class Reached(NamedTuple):
@@ -34,7 +34,7 @@ class Reached(NamedTuple):
 
 
 class Machine(abc.ABC, Generic[A]):
-    """An instance that goes to any discrete state. `A` is what the FMU says when it reaches one."""
+    """An instance that goes to any discrete state. `A` is the answer of the FMU when it reaches one."""
 
     kind: Literal["ModelExchange", "CoSimulation"]
 
@@ -52,9 +52,9 @@ class Machine(abc.ABC, Generic[A]):
         self._copies_state = bool(interface.canGetAndSetFMUstate)
         self._fixed = list(zip(description.fixed, map(np.asarray, fixed), strict=True))
         self._reached: dict[int, Reached] = {}
-        self._copies: dict[Key, Any] = {}
-        self._answers: dict[Key, A] = {}
-        self._current: Key | None = None
+        self._copies: dict[StateKey, Any] = {}
+        self._answers: dict[StateKey, A] = {}
+        self._current: StateKey | None = None
         self._lock = threading.RLock()  # an instance serves one thread at a time
         self._instance = Instance(self.folder, description, self.kind)
 
@@ -68,14 +68,14 @@ class Machine(abc.ABC, Generic[A]):
         """Bring the instance from the discrete state before to this one; initialise it if there is none before."""
 
     def _next(self, number: int, point: np.ndarray, parameters: np.ndarray) -> tuple[int, A]:
-        """The number of the discrete state that follows at a point, and what the FMU says there."""
+        """The number of the discrete state that follows at a point, and the answer of the FMU."""
         text = f"{self._digest} {number} {point.tobytes().hex()}"
         new = 1 + int.from_bytes(hashlib.sha256(text.encode()).digest()[:6], "big")  # exact as a float
         self._reached.setdefault(new, Reached(number, point.copy()))
         return new, self._go(new, parameters)
 
     def _go(self, number: int, parameters: np.ndarray) -> A:
-        """Bring the instance to a discrete state, from the last one on the way of which there is a copy."""
+        """Bring the instance to a discrete state, from the last one on the way there of which there is a copy."""
         text = parameters.tobytes()
         chain = [number]
         while (chain[-1], text) not in self._copies and (chain[-1], text) != self._current:
@@ -95,7 +95,7 @@ class Machine(abc.ABC, Generic[A]):
             )
         return self._reached[number].before
 
-    def _reach(self, key: Key, parameters: np.ndarray) -> None:
+    def _reach(self, key: StateKey, parameters: np.ndarray) -> None:
         if key == self._current:
             return
         self._current = None
@@ -110,7 +110,7 @@ class Machine(abc.ABC, Generic[A]):
         own = [(v, parameters[place : place + v.count]) for v, place in placed(self.description.parameters)]
         return [*self._fixed, *own]
 
-    def _keep(self, key: Key) -> None:
+    def _keep(self, key: StateKey) -> None:
         """Copy the state of the FMU, if it can."""
         if not self._copies_state:
             return

@@ -23,11 +23,6 @@ class SampledFMU(Machine[AfterStep]):
     kind = "CoSimulation"
 
     @property
-    def n_point(self) -> int:
-        """The number of elements of a point."""
-        return 2 + self.description.n_inputs
-
-    @property
     def n_values(self) -> int:
         """The number of elements of a sample."""
         return 2 + size_of(self.description.outputs)
