@@ -79,7 +79,7 @@ def _parameters_with_rate(system: System) -> dict[Element, str]:
         for item in family.template.inputs:
             if item.source == "param" and family.instances is not None:
                 entry, index = family.instances.place(int(family.members[inside]))
-                found[Element(family.instances.first_leaf[entry] + item.slot, index)] = table.row_name(row)
+                found[Element(family.instances.leaf(entry, item.slot), index)] = table.row_name(row)
     return found
 
 

@@ -123,13 +123,13 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
 
 def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:
     """Whether equations read variables of an array of parts, whose members are separate nodes."""
-    first, sizes = instances.first_leaf[0], instances.kind.sizes
+    sizes = instances.kind.sizes
     try:
         stated = templates(instances.kind)
     except ModelError:  # raised again when the equations are assembled
         return False
     inputs = {item for template in stated for item in template.inputs if item.source == "var"}
-    return any(sizes[item.slot] != flat.leaves[first + item.slot].sizes for item in inputs)
+    return any(sizes[item.slot] != flat.leaves[instances.leaf(0, item.slot)].sizes for item in inputs)
 
 
 def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:

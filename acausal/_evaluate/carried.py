@@ -97,4 +97,4 @@ class Carried:
     def leaves_of(self, key: tuple[int, int]) -> list[int]:
         """The leaves, by number, of a slot of a component kind."""
         kind, slot = key
-        return [first + slot for first in self.flat.holders[kind].first_leaf]
+        return [leaves[slot] for leaves in self.flat.holders[kind].own_leaves]

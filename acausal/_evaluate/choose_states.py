@@ -100,7 +100,7 @@ def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | N
     member, inside = instances.place(int(family.members[row]))
     if slot >= instances.kind.n_own:
         return np.zeros(instances.kind.sizes[slot])
-    value = leaves[instances.first_leaf[member] + slot]
+    value = leaves[instances.leaf(member, slot)]
     if value is None:  # a discrete variable with the default start value
         value = np.broadcast_to(
             instances.kind.declarations[slot].start, instances.stacks[member] + instances.kind.sizes[slot]

@@ -24,11 +24,11 @@ class _Entry(NamedTuple):
     template: Template
     path: str
     stack: tuple[int, ...]
-    first_leaf: int
+    own_leaves: Sequence[int]
 
     @property
     def leaves(self) -> list[int]:
-        return [self.first_leaf + item.slot for item in self.template.inputs]
+        return [self.own_leaves[item.slot] for item in self.template.inputs]
 
     @property
     def names(self) -> list[str]:
@@ -48,7 +48,7 @@ class InitialEquations:
         return [
             _Entry(template, *place)
             for starters in self.flat.starters
-            for place in zip(starters.paths, starters.stacks, starters.first_leaf, strict=True)
+            for place in zip(starters.paths, starters.stacks, starters.own_leaves, strict=True)
             for template in initial_templates(starters.kind)
         ]
 
@@ -74,10 +74,10 @@ class InitialEquations:
     def own(self) -> Iterator[int]:
         """The variables of the components with initial equations, except those in ports, which others share."""
         for starters in self.flat.starters:
-            for first in starters.first_leaf:
+            for leaves in starters.own_leaves:
                 yield from (
                     leaf
-                    for leaf in range(first, first + len(starters.kind.sizes))
+                    for leaf in leaves
                     if self.flat.leaves[leaf].declaration.is_variable and not self.flat.leaves[leaf].in_port
                 )
 

@@ -47,8 +47,7 @@ class Family:
             return []
         if self.instances is None:
             return [flat.leaves[flat.leaf_of_node[node]] for node in flat.flow_sets[self.members[row]][0]]
-        first = self.instances.first_leaf[0]
-        return flat.leaves[first : first + self.instances.kind.n_own]
+        return [flat.leaves[leaf] for leaf in self.instances.own_leaves[0]]
 
     def select(self, rows: np.ndarray) -> "Family":
         names = None if self.names is None else [self.names[row] for row in rows.tolist()]

@@ -82,18 +82,21 @@ class Kind:
 
 @dataclasses.dataclass(eq=False)
 class Instances:
-    """All components of one kind: paths, and the nodes and leaves of the kind's slots."""
+    """All components of one kind: paths, and the nodes and leaves of the kind's slots.
+
+    `own_leaves` holds, for each entry of `paths`, the numbers of the leaves of the component, one for each slot.
+    """
 
     kind: Kind
     paths: list[str]  # one for each stack
     stacks: list[tuple[int, ...]]
-    first_leaf: list[int]
+    own_leaves: list[Sequence[int]]
     first_truth: list[int] = dataclasses.field(default_factory=list)  # the leaves of the truths that `ifelse` holds
 
     def leaf(self, entry: int, slot: int) -> int:
         """The number of the leaf of a slot of an entry of `paths`."""
         n = self.kind.n_own
-        return self.first_leaf[entry] + slot if slot < n else self.first_truth[entry] + slot - n
+        return self.own_leaves[entry][slot] if slot < n else self.first_truth[entry] + slot - n
 
     @ft.cached_property
     def counts(self) -> np.ndarray:
@@ -188,7 +191,7 @@ class FlatModel:
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
         """The first node of each slot of each instance; -1 for a parameter."""
         slots, counts = np.arange(instances.kind.n_own), instances.counts
-        leaves = np.array(instances.first_leaf, int)[:, None] + slots
+        leaves = np.array(instances.own_leaves, int).reshape(-1, len(slots))
         elements = self._leaf_counts[leaves] // counts[:, None]
         inside = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         firsts = np.repeat(self.firsts[leaves], counts, axis=0)

@@ -153,7 +153,7 @@ class _Walker:
         found = among.setdefault(kind, Instances(kind, [], [], []))
         found.paths.append(path)
         found.stacks.append(stack)
-        found.first_leaf.append(first_leaf)
+        found.own_leaves.append(range(first_leaf, len(self.leaves)))
 
     def flows(self) -> np.ndarray:
         """The nodes that are through variables."""

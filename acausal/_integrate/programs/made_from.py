@@ -82,7 +82,7 @@ def contents(system: System) -> list[object]:
     holders = [
         (
             *(holder.kind.cls, holder.kind.names, holder.kind.sizes, holder.kind.declarations, holder.kind.depth),
-            *(holder.paths, holder.stacks, holder.first_leaf),
+            *(holder.paths, holder.stacks, [list(leaves) for leaves in holder.own_leaves]),
             [(t.name, t.jaxpr, t.inputs, t.signs) for t in stated(holder.kind)],
             [(needed.texts, needed.slots, needed.jaxpr) for needed in [required(holder.kind)]],
         )

@@ -1,0 +1,1 @@
+"""The flat model of the front end as frozen dataclasses."""

@@ -1,0 +1,102 @@
+"""The flat model: variables, equations, algorithms and functions."""
+
+import dataclasses
+from collections.abc import Mapping
+
+from .expressions import Assert, Body, Expression, When
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Place:
+    """A place in the source: the number of a text of the front end, and the offset in it."""
+
+    source: int
+    offset: int
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Variable:
+    """A variable or parameter by its Modelica path. `type` is Real, Integer, Boolean, String, an enumeration, or the
+    class of an external object; `variability` is constant, parameter, discrete or continuous.
+    """
+
+    name: str
+    type: str
+    variability: str
+    causality: str
+    dims: tuple[int, ...]
+    binding: Expression | None
+    start: Expression | None
+    fixed: tuple[bool, ...]  # one for all elements, or one for each; empty if not stated
+    min: Expression | None
+    max: Expression | None
+    nominal: Expression | None
+    unit: str | None
+    display_unit: str | None
+    description: str | None
+    select: str
+    is_flow: bool
+    is_final: bool
+    is_protected: bool
+    evaluate: bool
+    is_discrete: bool
+    place: Place | None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Equation:
+    """An equation as a residual, or as two sides where the left one is a tuple."""
+
+    residual: Expression
+    component: str
+    origin: str  # "component", "connection", "flows" or "open flow"
+    place: Place | None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Algorithm:
+    body: Body
+    outputs: tuple[str, ...]
+    component: str
+    place: Place | None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Formal:
+    """An input, output or local of a function."""
+
+    name: str
+    type: str
+    default: Expression | None
+    dims: tuple[Expression, ...]
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Function:
+    """A function; `external` is the name of its C function and the names of its arguments."""
+
+    name: str
+    inputs: tuple[Formal, ...]
+    outputs: tuple[Formal, ...]
+    locals: tuple[Formal, ...]
+    body: Body
+    is_constructor: bool
+    external: str | None
+    place: Place | None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class FlatModel:
+    """A flat Modelica model."""
+
+    name: str
+    variables: Mapping[str, Variable]
+    equations: tuple[Equation, ...]
+    initial_equations: tuple[Equation, ...]
+    asserts: tuple[Assert, ...]
+    algorithms: tuple[Algorithm, ...]
+    initial_algorithms: tuple[Algorithm, ...]
+    whens: tuple[When, ...]
+    functions: Mapping[str, Function]
+    enumerations: Mapping[str, int]  # ordinals of the literals
+    records: Mapping[str, tuple[str, tuple[int, ...]]]  # class and sizes of record instances

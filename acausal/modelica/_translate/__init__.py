@@ -1,0 +1,1 @@
+"""Translation of a flat Modelica model to a component."""

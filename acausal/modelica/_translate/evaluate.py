@@ -1,0 +1,342 @@
+"""Evaluation of expressions."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.ifelse import held_relation
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .builtins import FUNCTIONS
+from .terms import Opaque, Rate, RecordOf, Slot
+from .values import Value, is_known, number, plain, power, product, select, stacked
+
+
+class NotKnown(Exception):
+    """An expression that is not known while equations are translated; it names what is missing."""
+
+
+class Functions(Protocol):
+    """Calls of functions of the model by name, with all their results."""
+
+    def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]: ...
+
+
+@dataclasses.dataclass(frozen=True)
+class Point:
+    """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`."""
+
+    functions: Functions
+    values: Sequence[Value] = ()
+    rates: Sequence[Value] = ()
+    locals: Mapping[str, Value] = dataclasses.field(default_factory=dict)
+    holds: bool = False
+
+    def without_events(self) -> "Point":
+        return dataclasses.replace(self, holds=False)
+
+    def knowing(self, **names: Value) -> "Point":
+        return dataclasses.replace(self, locals={**self.locals, **names})
+
+
+def evaluate(x: Any, at: Point) -> Value:
+    """The value of an expression. Raises `NotKnown` for a name that has none."""
+    return _BY_CLASS[type(x)](x, at)
+
+
+def _slot(x: Slot, at: Point) -> Value:
+    value = at.values[x.number]
+    return value > 0.5 if x.kind == "boolean" else value
+
+
+def _ref(x: e.Ref, at: Point) -> Value:
+    found = _local(x.name, at)
+    return subscripted(found, x.subs, at) if x.subs else found
+
+
+def _local(name: str, at: Point) -> Value:
+    if name in at.locals:
+        return at.locals[name]
+    head, _, rest = name.rpartition(".")
+    if not head:
+        raise NotKnown(name)
+    found = _local(head, at)
+    if not isinstance(found, dict) or rest not in found:
+        raise NotKnown(name)
+    return found[rest]
+
+
+def subscripted(value: Value, subs: Sequence[Any], at: Point) -> Value:
+    """Elements of an array; Modelica counts from 1."""
+    if isinstance(value, dict):
+        return {name: subscripted(item, subs, at) for name, item in value.items()}
+    index = tuple(_index(sub, value, axis, at) for axis, sub in enumerate(subs))
+    if any(isinstance(item, np.ndarray) for item in index) and len(index) > 1:
+        for axis, item in reversed(list(enumerate(index))):
+            value = value[(slice(None),) * axis + (item,)]
+        return plain(value)
+    return plain(value[index])
+
+
+def _index(sub: Any, value: Value, axis: int, at: Point) -> Any:
+    if isinstance(sub, e.Colon):
+        return slice(None)
+    found = evaluate(sub, at.knowing(end=np.shape(value)[axis]))
+    if isinstance(found, bool):
+        return int(found)  # Boolean subscripts count false, true
+    if isinstance(found, np.ndarray):
+        return found.astype(int) - 1
+    if is_known(found):
+        return int(found) - 1
+    return jnp.round(found).astype(int) - 1
+
+
+_NUMERIC: dict[str, Callable[[Value, Value], Value]] = {
+    "Add": lambda a, b: a + b,
+    "Sub": lambda a, b: a - b,
+    "Mul": product,
+    "Div": lambda a, b: _quotient(a, b),
+    "Exp": power,
+    "AddElem": lambda a, b: a + b,
+    "SubElem": lambda a, b: a - b,
+    "MulElem": lambda a, b: a * b,
+    "DivElem": lambda a, b: _quotient(a, b),
+    "ExpElem": power,
+}
+_RELATIONS: dict[str, Callable[[Value, Value], Value]] = {
+    "Lt": lambda a, b: a < b,
+    "Le": lambda a, b: a <= b,
+    "Gt": lambda a, b: a > b,
+    "Ge": lambda a, b: a >= b,
+    "Eq": lambda a, b: a == b,
+    "Neq": lambda a, b: a != b,
+}
+
+
+def _quotient(a: Value, b: Value) -> Value:
+    if is_known(b) and not np.all(b):
+        b = np.asarray(b, float)
+        with np.errstate(all="ignore"):
+            return plain(a / b)
+    return a / b
+
+
+def _binary(x: e.Binary, at: Point) -> Value:
+    if x.op in ("And", "Or"):
+        return _logic(x, at)
+    if x.op in _RELATIONS:
+        return _relation(x, at)
+    if x.op not in _NUMERIC:
+        raise ModelError(f"the operator {x.op} is not supported.")
+    a, b = evaluate(x.left, at), evaluate(x.right, at)
+    if isinstance(a, dict):
+        return _record_operation(x.op, a, b)
+    return _NUMERIC[x.op](a, b)
+
+
+def _record_operation(op: str, a: dict[str, Value], b: Value) -> Value:
+    if op in ("Add", "Sub") and isinstance(b, dict):
+        return {name: _NUMERIC[op](a[name], b[name]) for name in a}
+    raise ModelError(f"the operator {op} of records is not supported.")
+
+
+def _logic(x: e.Binary, at: Point) -> Value:
+    a = evaluate(x.left, at)
+    is_and = x.op == "And"
+    if is_known(a) and np.ndim(a) == 0 and bool(a) != is_and:
+        return bool(a)
+    b = evaluate(x.right, at)
+    if is_known(a) and is_known(b):
+        return plain(np.logical_and(a, b) if is_and else np.logical_or(a, b))
+    if is_known(a) and np.ndim(a) == 0:
+        return b
+    if is_known(b) and np.ndim(b) == 0:
+        return a if bool(b) == is_and else bool(b)
+    return jnp.logical_and(a, b) if is_and else jnp.logical_or(a, b)
+
+
+def _relation(x: e.Binary, at: Point) -> Value:
+    a, b = evaluate(x.left, at), evaluate(x.right, at)
+    if x.op in ("Lt", "Le", "Gt", "Ge"):
+        a, b = number(a), number(b)
+    truth = _RELATIONS[x.op](a, b)
+    if is_known(truth):
+        return plain(truth)
+    holds = at.holds and x.op not in ("Eq", "Neq") and not (only_discrete(x.left) and only_discrete(x.right))
+    return held_relation(jnp.asarray(truth)) if holds else truth
+
+
+def only_discrete(x: Any) -> bool:
+    """Whether an expression changes at events only."""
+    if isinstance(x, Slot):
+        return x.is_discrete
+    if isinstance(x, Rate):
+        return False
+    if isinstance(x, e.Binary) and x.op in _RELATIONS:
+        return True
+    return all(only_discrete(part) for part in parts_of(x))
+
+
+def parts_of(x: Any) -> list[Any]:
+    """The expressions directly inside an expression."""
+    found: list[Any] = []
+
+    def visit(item: Any) -> None:
+        if isinstance(item, tuple):
+            for inner in item:
+                visit(inner)
+        elif dataclasses.is_dataclass(item):
+            found.append(item)
+
+    for field in dataclasses.fields(x):
+        if not (isinstance(x, Opaque) and field.name == "value"):
+            visit(getattr(x, field.name))
+    return found
+
+
+def _unary(x: e.Unary, at: Point) -> Value:
+    value = evaluate(x.arg, at)
+    if x.op == "Not":
+        return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
+    if isinstance(value, dict):
+        return {name: -item if x.op == "Minus" else item for name, item in value.items()}
+    return -number(value) if x.op in ("Minus", "MinusElem") else number(value)
+
+
+def _if(x: e.If, at: Point) -> Value:
+    pending: list[tuple[Value, Any]] = []
+    result: Value = None
+    for condition, value in x.branches:
+        truth = evaluate(condition, at)
+        if is_known(truth):
+            if truth:
+                result = evaluate(value, at)
+                break
+        else:
+            pending.append((truth, evaluate(value, at)))
+    else:
+        result = evaluate(x.otherwise, at)
+    for truth, value in reversed(pending):
+        result = select(truth, value, result)
+    return result
+
+
+def _builtin(x: e.Builtin, at: Point) -> Value:
+    special = _SPECIAL.get(x.name)
+    if special is not None:
+        return special(x.args, at)
+    if x.name not in FUNCTIONS:
+        raise ModelError(f"the function {x.name.lower()} is not supported.")
+    args = [evaluate(arg, at) for arg in x.args]
+    return FUNCTIONS[x.name](*args)
+
+
+def _smooth(args: Sequence[Any], at: Point) -> Value:
+    order = evaluate(args[0], at)
+    return evaluate(args[1], at.without_events() if order >= 1 else at)
+
+
+def _semilinear(args: Sequence[Any], at: Point) -> Value:
+    zero, (x, up, down) = e.Const(0.0), args
+    return evaluate(e.If(((e.Binary("Ge", x, zero), e.Binary("Mul", up, x)),), e.Binary("Mul", down, x)), at)
+
+
+def _derivative(args: Sequence[Any], at: Point) -> Value:
+    (x,) = args
+    if isinstance(x, Slot):
+        return at.rates[x.number]
+    if isinstance(x, e.Subscript) and isinstance(x.base, Slot):
+        return subscripted(at.rates[x.base.number], x.subs, at)
+    moving = [i for i, rate in enumerate(at.rates) if rate is not None]
+
+    def along(*values: Value) -> Value:
+        whole = list(at.values)
+        for i, value in zip(moving, values, strict=True):
+            whole[i] = value
+        return jnp.asarray(evaluate(x, dataclasses.replace(at, values=whole, holds=False)), float)
+
+    start = [jnp.asarray(at.values[i], float) for i in moving]
+    return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
+
+
+_SPECIAL: dict[str, Callable[[Sequence[Any], Point], Value]] = {
+    "NoEvent": lambda args, at: evaluate(args[0], at.without_events()),
+    "Smooth": _smooth,
+    "SemiLinear": _semilinear,
+    "Der": _derivative,
+    "Terminal": lambda args, at: False,
+}
+
+
+def _array(x: e.ArrayOf, at: Point) -> Value:
+    values = [evaluate(item, at) for item in x.elements]
+    if x.kind == "array":
+        return stacked([number(v) if any(not is_known(w) for w in values) else v for v in values])
+    xp = np if all(is_known(value) for value in values) else jnp
+    matrices = [xp.reshape(value, np.shape(value) + (1,) * (2 - np.ndim(value))) for value in values]
+    return xp.concatenate(matrices, axis=1 if x.kind == "row" else 0)
+
+
+def _comprehension(x: e.Comprehension, at: Point) -> Value:
+    (name, over), *rest = x.indices
+    body = e.Comprehension(x.body, tuple(rest)) if rest else x.body
+    return stacked([evaluate(body, at.knowing(**{name: plain(item)})) for item in evaluate(over, at)])
+
+
+def _range(x: e.Range, at: Point) -> Value:
+    start, stop = evaluate(x.start, at), evaluate(x.stop, at)
+    step = 1 if x.step is None else evaluate(x.step, at)
+    if not all(is_known(value) for value in (start, stop, step)):
+        raise NotKnown("the range of a loop")
+    count = int(np.floor((stop - start) / step + 1e-9)) + 1
+    values = [start + step * i for i in range(max(count, 0))]
+    return np.array(values) if values else np.zeros(0, int)
+
+
+def _field(x: e.Field, at: Point) -> Value:
+    base = evaluate(x.base, at)
+    if not isinstance(base, dict) or x.name not in base:
+        raise NotKnown(x.name)
+    return base[x.name]
+
+
+def _call(x: e.Call, at: Point) -> Value:
+    results = at.functions.call(x.name, [evaluate(arg, at) for arg in x.args])
+    return results[0] if len(results) == 1 else results
+
+
+def _tuple(x: e.TupleOf, at: Point) -> Value:
+    return tuple(None if item is None else evaluate(item, at) for item in x.elements)
+
+
+def _text(x: e.Text, at: Point) -> Value:
+    value = evaluate(x.arg, at)
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+_BY_CLASS: dict[type, Callable[[Any, Point], Value]] = {
+    e.Const: lambda x, at: x.value,
+    e.Ref: _ref,
+    e.Unary: _unary,
+    e.Binary: _binary,
+    e.Builtin: _builtin,
+    e.Call: _call,
+    e.If: _if,
+    e.ArrayOf: _array,
+    e.Comprehension: _comprehension,
+    e.Range: _range,
+    e.TupleOf: _tuple,
+    e.Field: _field,
+    e.Subscript: lambda x, at: subscripted(evaluate(x.base, at), x.subs, at),
+    e.Text: _text,
+    Slot: _slot,
+    Rate: lambda x, at: at.rates[x.number],
+    RecordOf: lambda x, at: {name: evaluate(item, at) for name, item in x.fields},
+    Opaque: lambda x, at: x.value,
+}

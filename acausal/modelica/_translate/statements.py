@@ -1,0 +1,200 @@
+"""Execution of algorithms and of the bodies of functions."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .evaluate import NotKnown, Point, _index, evaluate
+from .values import Value, is_known, plain, select
+
+Status = Literal["on", "break", "return"]
+Names = dict[str, Value]
+
+
+def execute(body: Sequence[e.Statement], names: Names, at: Point) -> Status:
+    """Executes statements, which change `names`."""
+    for position, statement in enumerate(body):
+        match statement:
+            case e.Assign():
+                _assign(statement, names, at)
+            case e.IfStatement():
+                status = _if(statement, body[position + 1 :], names, at)
+                if status is not None:
+                    return status
+            case e.For():
+                status = _for(statement.indices, statement.body, names, at)
+                if status == "return":
+                    return status
+            case e.While():
+                status = _while(statement, names, at)
+                if status == "return":
+                    return status
+            case e.Return():
+                return "return"
+            case e.Break():
+                return "break"
+            case e.Assert():
+                check(statement, _here(names, at))
+            case _:
+                raise ModelError(f"a {type(statement).__name__.lower()} statement is not supported here.")
+    return "on"
+
+
+def _here(names: Names, at: Point) -> Point:
+    return at.knowing(**names)
+
+
+def check(statement: e.Assert, at: Point) -> None:
+    """Raises `ModelError` for an assertion that is known to be violated."""
+    try:
+        truth = evaluate(statement.condition, at)
+    except NotKnown:
+        return
+    if is_known(truth) and not truth and not statement.is_warning:
+        raise ModelError(f"assertion failed: {evaluate(statement.message, at)}")
+
+
+def _assign(statement: e.Assign, names: Names, at: Point) -> None:
+    here = _here(names, at)
+    value = evaluate(statement.value, here)
+    if len(statement.targets) == 1 and not (isinstance(value, tuple) and statement.targets[0] is not None):
+        values = (value,)
+    else:
+        values = value if isinstance(value, tuple) else (value,)
+    for target, item in zip(statement.targets, values, strict=False):
+        if target is not None:
+            store(target, item, names, here)
+
+
+def store(target: e.Target, value: Value, names: Names, at: Point) -> None:
+    """Assigns a value to a name, to a field of a record, or to elements of an array."""
+    if target.name in names or "." not in target.name:
+        names[target.name] = _replaced(names.get(target.name), target.subs, value, at)
+        return
+    head, *fields = target.name.split(".")
+    names[head] = _in_record(names[head], fields, target.subs, value, at)
+
+
+def _in_record(record: Value, fields: list[str], subs: tuple[Any, ...], value: Value, at: Point) -> Value:
+    if not fields:
+        return _replaced(record, subs, value, at)
+    inner = _in_record(record[fields[0]], fields[1:], subs, value, at)
+    return {**record, fields[0]: inner}
+
+
+def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Point) -> Value:
+    if not subs:
+        return value
+    if isinstance(old, dict):
+        return {name: _replaced(item, subs, value[name], at) for name, item in old.items()}
+    index = tuple(_index(sub, old, axis, at) for axis, sub in enumerate(subs))
+    known = is_known(old) and is_known(value) and all(not isinstance(i, jax.Array) for i in index)
+    if known:
+        copy = np.array(old, dtype=np.result_type(old, value) if np.asarray(value).dtype.kind in "bif" else object)
+        copy[index] = value
+        return copy
+    return jnp.asarray(old).at[index].set(value)
+
+
+def _leaves(body: Sequence[e.Statement]) -> bool:
+    """Whether a body contains `return` or `break`."""
+    for s in body:
+        if isinstance(s, e.Return | e.Break):
+            return True
+        inner = [b for _, b in s.blocks] + [s.otherwise] if isinstance(s, e.IfStatement) else []
+        inner += [s.body] if isinstance(s, e.For | e.While) else []
+        if any(_leaves(b) for b in inner):
+            return True
+    return False
+
+
+def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at: Point) -> Status | None:
+    """Executes an if-statement. If a branch of an unknown condition leaves the body, executes the rest in each branch,
+    and returns the status at its end.
+    """
+    (condition, body), *others = statement.blocks or ((e.Const(True), statement.otherwise),)
+    truth = evaluate(condition, _here(names, at))
+    otherwise: tuple[e.Statement, ...] = statement.otherwise
+    if others:
+        otherwise = (e.IfStatement(tuple(others), statement.otherwise),)
+    if is_known(truth):
+        status = execute(body if truth else otherwise, names, at)
+        return None if status == "on" else status
+    takes_rest = _leaves(body) or _leaves(otherwise)
+    first, second = dict(names), dict(names)
+    if not takes_rest:
+        execute(body, first, at)
+        execute(otherwise, second, at)
+        merge(truth, first, second, names)
+        return None
+    ends = []
+    for branch, own in ((body, first), (otherwise, second)):
+        status = execute(branch, own, at)
+        ends.append(execute(rest, own, at) if status == "on" else status)
+    merge(truth, first, second, names)
+    if ends[0] != ends[1] and "break" in ends:
+        raise ModelError("a `break` under a condition that is unknown before a run is not supported.")
+    return "return" if "return" in ends else ends[0]
+
+
+def merge(truth: Value, first: Mapping[str, Value], second: Mapping[str, Value], names: Names) -> None:
+    """The names after an if-statement with an unknown condition."""
+    for name in {**first, **second}:
+        a, b = first.get(name), second.get(name)
+        names[name] = a if a is b else b if a is None else a if b is None else select(truth, a, b)
+
+
+def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Point) -> Status:
+    (name, over), *rest = indices
+    outer = names.get(name)
+    for item in evaluate(over, _here(names, at)):
+        names[name] = plain(item)
+        status = _for(rest, body, names, at) if rest else execute(body, names, at)
+        if status == "break":
+            break
+        if status == "return":
+            return status
+    if outer is None:
+        names.pop(name, None)
+    else:
+        names[name] = outer
+    return "on"
+
+
+def _while(statement: e.While, names: Names, at: Point) -> Status:
+    for _ in range(100_000):
+        truth = evaluate(statement.condition, _here(names, at))
+        if not is_known(truth):
+            return _traced_while(statement, names, at)
+        if not truth:
+            return "on"
+        status = execute(statement.body, names, at)
+        if status != "on":
+            return "on" if status == "break" else status
+    raise ModelError("a while loop does not end.")
+
+
+def _traced_while(statement: e.While, names: Names, at: Point) -> Status:
+    """A loop whose condition is unknown before a run. Its names keep their types."""
+    moving = [name for name, value in names.items() if isinstance(value, int | float | np.ndarray | jax.Array)]
+
+    def merged(state: list[Any]) -> Names:
+        return {**names, **dict(zip(moving, state, strict=True))}
+
+    def goes_on(state: list[Any]) -> Any:
+        return jnp.asarray(evaluate(statement.condition, _here(merged(state), at)))
+
+    def step(state: list[Any]) -> list[Any]:
+        inner = merged(state)
+        if execute(statement.body, inner, at) != "on":
+            raise ModelError("a `break` or `return` in a while loop of unknown length is not supported.")
+        return [jnp.asarray(inner[name], old.dtype) for name, old in zip(moving, state, strict=True)]
+
+    start = [jnp.asarray(names[name], bool if isinstance(names[name], bool) else float) for name in moving]
+    names.update(zip(moving, jax.lax.while_loop(goes_on, step, start), strict=True))
+    return "on"

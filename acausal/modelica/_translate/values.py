@@ -1,0 +1,96 @@
+"""Values of Modelica expressions: plain Python values as long as they are known, otherwise arrays of jax.
+
+A known scalar is a bool, int, float or str, a known array is a NumPy array, a record is a dictionary.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+Value: TypeAlias = Any
+
+
+def is_known(value: Value) -> bool:
+    """Whether a value is known while equations are translated."""
+    return not isinstance(value, jax.Array)
+
+
+def plain(value: Value) -> Value:
+    """A known scalar as a Python value."""
+    if isinstance(value, np.generic) or (isinstance(value, np.ndarray) and value.ndim == 0):
+        return value.item()
+    return value
+
+
+def stacked(values: Sequence[Value]) -> Value:
+    """An array of values of one shape; of records, a record of arrays."""
+    if values and isinstance(values[0], dict):
+        return {name: stacked([value[name] for value in values]) for name in values[0]}
+    if all(is_known(value) for value in values):
+        return np.array(values) if values else np.zeros(0)
+    return jnp.stack([jnp.asarray(value) for value in values])
+
+
+def select(condition: Value, a: Value, b: Value) -> Value:
+    """`a` if the condition holds, otherwise `b`, element by element of records and tuples."""
+    if is_known(condition):
+        return a if condition else b
+    if isinstance(a, dict):
+        return {name: select(condition, a[name], b[name]) for name in a}
+    if isinstance(a, tuple):
+        return tuple(select(condition, x, y) for x, y in zip(a, b, strict=True))
+    if a is b:
+        return a
+    return jnp.where(condition, a, b)
+
+
+def number(value: Value) -> Value:
+    """A truth as the number 1 or 0; numbers unchanged."""
+    if isinstance(value, bool | np.bool_):
+        return float(value)
+    if isinstance(value, jax.Array | np.ndarray) and value.dtype == bool:
+        return value.astype(float)
+    return value
+
+
+def product(a: Value, b: Value) -> Value:
+    """Modelica's `*`: of numbers, of a number and an array, or of vectors and matrices."""
+    if np.ndim(a) == 0 or np.ndim(b) == 0:
+        return a * b
+    if is_known(a) and is_known(b):
+        return plain(np.dot(a, b))
+    return jnp.dot(a, b)
+
+
+def power(a: Value, b: Value) -> Value:
+    """`a ^ b`; whole exponents that are known need no logarithm."""
+    if np.ndim(a) == 2 and is_known(b):
+        return np.linalg.matrix_power(a, int(b)) if is_known(a) else jnp.linalg.matrix_power(a, int(b))
+    b = plain(b)
+    if isinstance(b, int | float) and not isinstance(b, bool) and float(b).is_integer() and abs(b) < 1024:
+        if is_known(a):
+            return plain(np.power(float(a) if np.ndim(a) == 0 else np.asarray(a, float), int(b) * 1.0))
+        return jnp.asarray(a, float) ** int(b)
+    if is_known(a) and is_known(b):
+        return plain(np.power(a, b))
+    return jnp.power(a, b)
+
+
+def function(known: Callable[..., Any], traced: Callable[..., Any]) -> Callable[..., Value]:
+    """A function that stays in Python as long as its arguments are known numbers."""
+
+    def call(*args: Value) -> Value:
+        if all(isinstance(arg, bool | int | float) for arg in args):
+            try:
+                return known(*args)
+            except (ValueError, OverflowError, ZeroDivisionError):
+                return math.nan
+        if all(is_known(arg) for arg in args):
+            return plain(np.asarray(traced(*args)))
+        return traced(*args)
+
+    return call
