@@ -56,7 +56,19 @@ class Refuse(NamedTuple):
     reason: str
 
 
-Event: TypeAlias = When | At | Refuse
+class Follow(NamedTuple):
+    """Discrete variables that the event iteration makes equal to values."""
+
+    changes: dict[str, Numbers]
+
+
+class Started(NamedTuple):
+    """An event once, at the start of a run."""
+
+    changes: dict[str, Numbers]
+
+
+Event: TypeAlias = When | At | Refuse | Follow | Started
 Events: TypeAlias = dict[str, Event]
 
 
@@ -84,6 +96,28 @@ def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At
 def refuse(condition: Truth | Numbers, reason: str) -> Refuse:
     """State a condition under which a component cannot work: the run ends with an error that gives the reason."""
     return Refuse(condition, reason)
+
+
+def follow(**changes: Numbers) -> Follow:
+    """Keep discrete variables equal to values, by name: `follow(last=self.x)` makes `last` what Modelica calls pre(x).
+
+    While an event iteration goes on, the variables still have the values of the round before, so that equations can
+    compare the two: `(self.n > self.last_n)`. In each round in which no `ifelse` changes, if any value differs from its
+    variable, all of them are set, together with the other events of the round. This ends when nothing differs.
+
+    It causes no event by itself. A value must therefore be constant between events, or it is taken over at the next
+    event. A value that is NaN does not count as different.
+    """
+    return Follow(changes)
+
+
+def started(**changes: Numbers) -> Started:
+    """State the changes of an event at the start of a run, after all other events there, but before clocks tick.
+
+    `started(initial=0.0)` resets a discrete variable that is 1 at first: what Modelica calls initial(). Start values
+    are searched for before this event. A run that continues another one does not start.
+    """
+    return Started(changes)
 
 
 class Connection(NamedTuple):

@@ -18,7 +18,7 @@ from .._reduce.flat_model import indexed
 from .._reduce.jaxpr_instants import Instants
 from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
-EventKind = Literal["when", "at", "refuse", "hold"]
+EventKind = Literal["when", "at", "refuse", "hold", "follow", "started"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,7 +45,11 @@ class EventEntry:
     @property
     def is_listed(self) -> bool:
         """Whether the log of a run lists it."""
-        return self.kind != "hold" and not self.is_internal
+        return self.kind in ("when", "at", "refuse") and not self.is_internal
+
+    @property
+    def has_condition(self) -> bool:
+        return self.kind in ("when", "refuse", "hold")
 
     def label(self, index: int) -> str:
         """The path of the event of one member."""
@@ -82,7 +86,7 @@ class EventSet:
 
     - `indicators`: for each relation in the conditions of the entries, a number that is positive if it is true.
       `sizes`: magnitudes of the terms of the difference.
-    - `logic`: the condition of each event as an expression of relations; None for scheduled events.
+    - `logic`: the condition of each event as an expression of relations; None for events without a condition.
     - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
     - `instants`: the instants at which conditions on time alone change, from the leaves `read_by_instants`.
@@ -137,9 +141,7 @@ class EventSet:
         return circuit([expression or NEVER for expression in self.logic], self.n_relations)
 
     def hold(self, values: Sequence[Numbers]) -> list[jax.Array]:
-        """The truths of the conditions for these values of all leaves, one array for each entry; false for scheduled
-        ones.
-        """
+        """The truths of the conditions for these values of all leaves, one array for each entry; false without one."""
         indicators = [jnp.ravel(each) for each in self.indicators([values[i] for i in self.indicators.leaves])]
         truths = self._circuit.hold(jnp.concatenate([jnp.zeros(0), *indicators]) > 0)
         return [jnp.reshape(truths[n : n + entry.count], entry.stack) for n, entry in self.numbered]

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Refuse, When
+from .._declare.component import At, Component, Event, Follow, Refuse, Started, When
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
@@ -28,7 +28,7 @@ from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
 NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that determine it."
-_KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse"}
+_KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse", Follow: "follow", Started: "started"}
 
 
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
@@ -50,7 +50,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         held = list(_held(flat, leaves))
         entries.extend(entry for entry, _ in held)
         events = [event for _, _, _, event in found]
-        conditions = [jnp.asarray(event.condition) for event in events if not isinstance(event, At)]
+        conditions = [jnp.asarray(event.condition) for event in events if isinstance(event, When | Refuse)]
         conditions += [condition for _, condition in held]
         times = [item for event in events if isinstance(event, At) for item in _times(event)]
         values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
@@ -65,7 +65,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     if not entries:
         return None
     n, m = len(structure[0]), len(structure[0]) + len(structure[1])
-    _check_equalities(flat, closed, [entry for entry in entries if entry.kind != "at"])
+    _check_equalities(flat, closed, [entry for entry in entries if entry.has_condition])
     end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
@@ -127,12 +127,12 @@ def _held(flat: FlatModel, leaves: Sequence[jax.Array]) -> Iterator[tuple[EventE
 
 def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tuple[Expression | None, ...]:
     remaining = iter(logic)
-    parts = [[None] * e.count if e.kind == "at" else next(remaining).ravel().tolist() for e in entries]
+    parts = [next(remaining).ravel().tolist() if e.has_condition else [None] * e.count for e in entries]
     return tuple(expression for part in parts for expression in part)
 
 
 def _changes(event: Event) -> dict[str, Numbers]:
-    return event.changes if isinstance(event, When | At) else {}
+    return {} if isinstance(event, Refuse) else event.changes
 
 
 def _times(event: At) -> tuple[jax.Array, jax.Array]:
@@ -235,6 +235,18 @@ def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[in
     return shape
 
 
+def _stack(event: Event, where: str, depth: int) -> tuple[int, ...]:
+    """The shape of the `depth` arrays that contain an event."""
+    match event:
+        case At():
+            return _checked_times(event, where)[:depth]
+        case When() | Refuse():
+            return _checked_condition(event, where, depth)
+    if not event.changes:
+        raise ModelError(f"{where} changes nothing. State the variables that it changes, by name.")
+    return np.shape(next(iter(event.changes.values())))[:depth]
+
+
 def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
     names: list[tuple[str, str, int, Event]] = []
 
@@ -251,7 +263,7 @@ def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str,
 
 def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> EventEntry:
     where = _where(path, name)
-    stack = _checked_times(event, where)[:depth] if isinstance(event, At) else _checked_condition(event, where, depth)
+    stack = _stack(event, where, depth)
     # The path of an array ends in brackets if its elements are variables of their own.
     places = {leaf.path.rstrip("[]"): index for index, leaf in enumerate(flat.leaves)}
     targets = []
@@ -264,6 +276,8 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
             raise ModelError(
                 f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
             )
+        if role != "discrete" and isinstance(event, Follow | Started):
+            raise ModelError(f"{where} changes {target}, a {role}. Declare it with Discrete[...].")
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
     repeats = isinstance(event, At) and event.every is not None

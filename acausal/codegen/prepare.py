@@ -6,7 +6,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
-from .._errors import ModelError, suggestion
+from .._errors import ModelError, listed, suggestion
 from .._evaluate.building import check_structure, system_of
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
@@ -36,6 +36,7 @@ def c_model(
             f"The states of this model are restricted by invariants ({restricted}), onto which C code with fixed steps "
             "does not project. Remedy: declare a variable `never`, so that fewer states remain (see structure(model))."
         )
+    _check_events(system)
     leaves = complete_leaves(model)[0]
     if any(is_traced(leaf) for leaf in leaves):
         raise ModelError(
@@ -58,6 +59,16 @@ def c_model(
         np.asarray(system.starts.values(inputs, system.carried.memory)),
         t0,
     )
+
+
+def _check_events(system: System) -> None:
+    events = system.events
+    names = [entry.label(0) for entry in events.entries if entry.kind in ("follow", "started")] if events else []
+    if names:
+        raise ModelError(
+            f"The events {listed(names)} have no C form: C code has neither `follow` nor `started`. Remedy: state "
+            "these changes with when(...) or at(...)."
+        )
 
 
 def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> list[Quantity]:

@@ -59,7 +59,10 @@ def members(cls: type) -> Iterator[Any]:
 
 
 # What stands in declarations, equations, events and connections is named by what holds it, such as `Events`.
-TERMS = {"Equation", "Connection", "Requirement", "When", "Passing", "At", "Kink", "Refuse", "Shape"}
+TERMS = {
+    *("Equation", "Connection", "Requirement", "Shape"),
+    *("When", "Passing", "At", "Kink", "Refuse", "Follow", "Started"),
+}
 
 
 @pytest.mark.parametrize("function", FUNCTIONS, ids=lambda function: function.__name__)

@@ -73,7 +73,7 @@ class EventNumbers:
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
         """Time events: their times are known in advance."""
-        return self._of_kinds("at", "instant")
+        return self._of_kinds("at", "instant", "started")
 
     @ft.cached_property
     def nonlinear(self) -> np.ndarray:
@@ -89,6 +89,17 @@ class EventNumbers:
     def held(self) -> np.ndarray:
         """The conditions of `ifelse`."""
         return self._of_kinds("hold")
+
+    @ft.cached_property
+    def follows(self) -> np.ndarray:
+        """Events that make discrete variables equal to values, as long as these differ."""
+        return self._of_kinds("follow")
+
+    @ft.cached_property
+    def starts(self) -> np.ndarray:
+        """Events that happen once, at the start of a run that neither continues another one nor is a start search."""
+        is_new = not (self.settings.is_resumed or self.settings.is_search)
+        return self._of_kinds("started") & is_new
 
     @ft.cached_property
     def stops(self) -> np.ndarray:
@@ -192,7 +203,7 @@ class EventNumbers:
     @property
     def is_searched(self) -> bool:
         """Whether there are events at times not known in advance."""
-        return not np.all(self.scheduled)
+        return not np.all(self.scheduled | self.follows)
 
     @ft.cached_property
     def n_indicators(self) -> int:

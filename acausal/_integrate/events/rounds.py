@@ -5,6 +5,7 @@ from typing import Any, NamedTuple, Protocol, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from ..._equinox_private import while_loop
@@ -13,6 +14,7 @@ from ..._reduce.logic import edges
 from ..setup.field import RunArgs
 from .changes import changed
 from .event_history import EventHistory
+from .followed import with_follows
 from .moment import Approach, carried_to_moment
 from .run_events import RunEvents
 
@@ -52,7 +54,7 @@ class Round(NamedTuple):
     t: Array
     ys: Array
     due: Array  # events that are due and have not happened yet
-    ticks: Array  # events that wait for all others: those rescheduled to this instant, and the clocks of this instant
+    ticks: Array  # events that wait for all others: `started`, those rescheduled to this instant, and its clocks
     truths: Array
     holds: Array
     happened: Array
@@ -100,7 +102,8 @@ class Iteration(NamedTuple):
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)
         held, listed, remains = self.before(r, true, is_first)
-        triggered = edges(true, held, events.either) & ~events.nonlinear & ~events.waits
+        triggered = with_follows(events, edges(true, held, events.either), ys[1], here.values)
+        triggered &= ~events.nonlinear & ~events.waits
         chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(triggered))
         fired = jnp.where(own.is_any, own.mask, chosen)
         if self.is_start and events.settings.stop and events.settings.direction is not False:
@@ -114,7 +117,8 @@ class Iteration(NamedTuple):
         holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.nonlinear, true, held), holds)
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
-        happened, is_listed = (fired | listed)[: events.n_model], events.is_listed[: events.n_model]
+        happened = ((fired | listed) & ~events.follows)[: events.n_model]
+        is_listed = events.is_listed[: events.n_model]
         # If the room for the history is limited, only listed events use it.
         happened = happened if events.settings.save == "chunk" else happened & is_listed
         history = r.history.noted(t, happened, is_listed)
@@ -142,7 +146,7 @@ class Iteration(NamedTuple):
     def own(self, r: Round) -> Own:
         # At the start only scheduled events can be due. Without any, their code is not compiled.
         total, is_any = self.events.total, jnp.asarray(False)
-        if not self.is_start or self.events.schedules:
+        if not self.is_start or self.events.schedules or np.any(self.events.starts):
             is_any = jnp.any(r.due)
         order = r.order if self.is_start else jnp.zeros(total)
         earliest = jnp.min(jnp.where(r.due, order, jnp.inf))
@@ -189,8 +193,8 @@ class Iteration(NamedTuple):
             # Events rescheduled to this instant, or to an earlier one, happen now.
             _, last = events.set_anew(t, ys[1], y, args)
             ticks |= jnp.isfinite(last) & (~clocks | (last >= t - args.tick(t)))
-        # After all other events, those rescheduled to this instant happen, and then the clocks tick, which read the
-        # current values.
+        # After all other events, `started` and those rescheduled to this instant happen, and then the clocks tick,
+        # which read the current values.
         is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)
         next_ones = jnp.where(jnp.any(ticks & ~clocks), ticks & ~clocks, ticks) & is_quiet
         return due | next_ones, ticks & ~next_ones, jnp.where(own.is_any, base, y), order

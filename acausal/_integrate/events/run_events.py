@@ -194,7 +194,8 @@ class RunEvents(EventNumbers):
 
     def past(self, t: Array, y: Array, args: RunArgs) -> Array:
         """The last time not after t of each scheduled event of the model; infinite if there is none."""
-        return self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, args)], jnp.inf)
+        found = self._by_event([last_before(time, every, t) for time, every, _ in self._times(t, y, args)], jnp.inf)
+        return jnp.where(self.starts, t, found)
 
     def set_anew(self, t: Numbers, before: Array, after: Array, args: RunArgs) -> tuple[Array, Array]:
         """The scheduled events of the model whose times differ between two vectors, and the last of these times in the

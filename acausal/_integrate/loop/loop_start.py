@@ -64,6 +64,7 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
         begins &= past >= t0 - args.tick(t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + args.tick(numbers.past.time)
+    begins |= events.starts
     approach = Approach(t0, jnp.zeros(events.total))  # there is no previous step
     truths, due = jnp.zeros(events.n_indicators, bool), jnp.zeros(events.total)
     settled = settle(events, t0, approach, y, begins, truths, none, due, history, args, order=past)

@@ -15,6 +15,7 @@ from ..._numbers import Numbers
 from ..._reduce.jaxpr import slice_output
 from ..._reduce.logic import edges
 from ..events.changes import with_discrete
+from ..events.followed import with_follows
 from ..events.rounds import TOGETHER, first_of, most_rounds, repeated
 from ..events.run_events import RunEvents
 from ..loop.loop_start import EventStart
@@ -88,7 +89,7 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     args, y = (start.args, start.y) if is_smooth else jax.lax.stop_gradient((start.args, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.responds
-    most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters]
+    most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters & ~events.follows]
 
     def point(y: Array, holds: Array) -> tuple[_Point, Array]:
         """The point for the modes in y, and the events that fire there."""
@@ -98,10 +99,11 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         y = layout.with_part(y, layout.states, states)
         here = events.here(t0, y, found)
         truths = events.circuit.hold(here.indicators > 0)
-        return _Point(x, y, holds, truths, here.values, lack), edges(truths, holds, events.either) & matters
+        triggered = with_follows(events, edges(truths, holds, events.either), y, here.values) & matters
+        return _Point(x, y, holds, truths, here.values, lack), triggered
 
     def lasts(point: _Point) -> Numbers:
-        changes = jnp.where(events.either, point.truths != point.holds, point.truths)
+        changes = jnp.where(events.either, point.truths != point.holds, point.truths) | events.follows
         after = with_discrete(events, point.y, point.values, changes & matters)
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
