@@ -13,7 +13,7 @@ ROOT = Path(acausal.__file__).parent
 ROOMS = {
     "acausal": (
         *("_units", "_declare", "_reduce", "_unit_check", "_evaluate", "_integrate", "_analyse", "_show"),
-        *("codegen", "fmi", "testing", "design"),
+        *("codegen", "fmi", "testing", "design", "modelica"),
     ),
     "acausal._integrate": ("solvers", "setup", "programs", "step", "events", "loop", "start", "results"),
     "acausal.design": (

@@ -1,0 +1,55 @@
+"""Errors of the front end in our words, with the place in the text."""
+
+import re
+
+from ..._errors import listed
+from .._errors import ModelicaError
+from .given import NAME, WRAPPER, Given, unknown
+from .session import rumoca
+
+_BOX = re.compile(r"× (?P<what>[^\n]*)\n\s*╭─\[[^\n]*?:(?P<line>\d+):(?P<column>\d+)\]")
+_MISSING = re.compile(r"unresolved (?P<kind>type reference|extends base class|component reference): '(?P<name>[^']+)'")
+_PLACED = re.compile(r"(?P<what>.*?) \[(?P<file>[^\[\]]*?):(?P<line>\d+):(?P<column>\d+)\]")
+
+
+def syntax_error(given: Given) -> ModelicaError | None:
+    """The error for a text that is not Modelica; None if it is."""
+    found = [error.message for error in rumoca().validate_source(given.text, filename=NAME) if error.level == "error"]
+    if not found:
+        return None
+    first = _BOX.search(found[0])
+    if first is None:
+        return ModelicaError(f"{given.file or NAME}: {found[0]}")
+    return ModelicaError(f"{given.file or NAME}, line {first['line']}, column {first['column']}: {first['what']}.")
+
+
+def failure(message: str, given: Given) -> ModelicaError:
+    """The error for a model that the front end refuses."""
+    if missing := _MISSING.search(message):
+        return _missing(missing["kind"], missing["name"], given)
+    if placed := _PLACED.search(message):
+        what = placed["what"].partition("failed in ")[2].partition(": ")[2] or placed["what"]
+        file = placed["file"].replace(NAME, str(given.file or NAME))
+        return ModelicaError(f"{file}, line {placed['line']}, column {placed['column']}: {what.strip()}.")
+    plain = message.partition("\nRelated failures")[0].replace(WRAPPER, given.model)
+    return ModelicaError(f"The front end refuses {given.model}: {plain.strip().rstrip('.')}.")
+
+
+def _missing(kind: str, name: str, given: Given) -> ModelicaError:
+    if name == given.model:
+        return unknown(given)
+    line = _line(name, given.text)
+    place = f"{given.file or NAME}, line {line}: " if line else ""
+    if kind == "component reference":
+        return ModelicaError(f"{place}there is no variable {name}.")
+    library = name.partition(".")[0]
+    roots = f"these are {listed([str(root) for root in given.roots])}" if given.roots else "none are given"
+    return ModelicaError(
+        f"{place}there is no class {name}. Give the folder that holds the library {library} by roots=[...]; {roots}."
+    )
+
+
+def _line(name: str, text: str) -> int | None:
+    """The first line of a text with this name."""
+    found = re.search(rf"(?<![\w.]){re.escape(name)}(?!\w)", text)
+    return text.count("\n", 0, found.start()) + 1 if found else None

@@ -1,0 +1,40 @@
+"""The files and lines of spans."""
+
+from dataclasses import dataclass
+
+
+def number(name: str) -> int:
+    """The number that rumoca gives a text: the FNV-1a hash of its file name."""
+    value = 0xCBF29CE484222325
+    for byte in name.replace("\\", "/").encode():
+        value = ((value ^ byte) * 0x100000001B3) & (2**64 - 1)
+    return value or 1
+
+
+@dataclass(frozen=True)
+class Sources:
+    """The texts of a flat model, with the names of their files, by the numbers in its spans."""
+
+    texts: dict[int, tuple[str, str]]
+
+    def place(self, source: int, offset: int) -> tuple[str, int] | None:
+        """File and line of an offset in bytes; None if the text is unknown. Lines of a patched file may differ."""
+        if source not in self.texts:
+            return None
+        file, text = self.texts[source]
+        return file, text.encode().count(b"\n", 0, offset) + 1
+
+
+def used(content: object) -> set[int]:
+    """The numbers of all texts that spans of a flat model name."""
+    found: set[int] = set()
+    todo = [content]
+    while todo:
+        node = todo.pop()
+        if isinstance(node, dict):
+            if "source" in node and "start" in node:
+                found.add(node["source"])
+            todo.extend(node.values())
+        elif isinstance(node, list):
+            todo.extend(node)
+    return found
