@@ -1,6 +1,6 @@
 """The interface for authors of components: `Component`, its equations, connections, events and energy account."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import equinox as eqx
@@ -149,11 +149,28 @@ class Energy(NamedTuple):
     supplied: Scalar = 0.0
 
 
+class EquationGroup(NamedTuple):
+    """Equations between leaves of parts, stated once for all places where they hold.
+
+    `form` is a component whose leaves stand for the leaves at a place, with a method `equations`, or
+    `initial_equations`. A row of `leaves` holds, for one place, the number of each leaf among those of the component
+    that states the group, in pytree order; `paths` holds the path of each place in it.
+    """
+
+    form: "Component"
+    leaves: tuple[tuple[int, ...], ...]
+    paths: tuple[str, ...]
+
+
 class Component(Node, partial=True):
     """A part of a model: parameters, variables and ports, with the equations between them.
 
     A *final* component states `equations`, or joins sub-components by `connections`, or both. A *partial* one (`class
     TwoPin(Component, partial=True)`) holds the common parts of several final ones and cannot be instantiated.
+
+    Two attributes serve models that are translated from other languages. `equation_groups` states equations between
+    leaves of parts. `determined` maps the leaves of the component in pytree order to the same leaves, with those
+    parameters and start values replaced that others determine.
 
     `nominal` sets the nominal sizes of variables for which the default of the unit does not fit, as in
     `Capacitor(C=1e-9, nominal=dict(v=1e-5))`: see `sized`. `if_singular` explains a singularity of the component's
@@ -163,6 +180,8 @@ class Component(Node, partial=True):
 
     if_singular: ClassVar[str] = ""
     elsewhere: ClassVar[Mapping[str, str]] = {}
+    equation_groups: ClassVar[tuple[EquationGroup, ...]] = ()
+    determined: ClassVar[Callable[[Sequence[Any]], Sequence[Any]] | None] = None
     nominal: Mapping[str, object] = eqx.field(
         static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False
     )

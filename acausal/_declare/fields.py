@@ -5,6 +5,8 @@ import functools as ft
 from collections.abc import Iterator, Mapping
 from typing import Any, TypeVar
 
+import jax
+
 from .annotations import Declaration
 
 T = TypeVar("T")
@@ -33,10 +35,33 @@ def copied(node: T, changes: Mapping[str, object]) -> T:
     return copy
 
 
+class FromOne(tuple):
+    """Parts that are counted from 1, as in Modelica: `model.cell[1]` is the first."""
+
+    def __getitem__(self, index: Any) -> Any:
+        if isinstance(index, slice):
+            raise IndexError("parts that are counted from 1 have no slices.")
+        if not 1 <= index <= len(self):
+            raise IndexError(f"these parts are counted from 1 to {len(self)}; got [{index}].")
+        return super().__getitem__(index - 1)
+
+
+jax.tree_util.register_pytree_with_keys(
+    FromOne,
+    lambda parts: ([(jax.tree_util.SequenceKey(i), part) for i, part in enumerate(parts, start=1)], None),
+    lambda _, parts: FromOne(parts),
+)
+
+
+def first_index(parts: object) -> int:
+    """The index of the first of several parts: 1 for those of a Modelica model."""
+    return 1 if isinstance(parts, FromOne) else 0
+
+
 def parts_of(value: object, path: str = "") -> Iterator[tuple[str, Any]]:
     """The nodes in a field: the value itself, or the members of its tuples, each with its path."""
     if isinstance(value, tuple | list):
-        for index, item in enumerate(value):
+        for index, item in enumerate(value, start=first_index(value)):
             yield from parts_of(item, f"{path}[{index}]")
     elif value is not None:
         yield path, value

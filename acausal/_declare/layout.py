@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, TypeVar
 
 import jax
@@ -10,7 +10,7 @@ from jax.tree_util import PyTreeDef
 
 from .._numbers import Numbers
 from .annotations import Declaration
-from .fields import copied, dynamic_fields, join
+from .fields import copied, dynamic_fields, first_index, join, parts_of
 from .node import Node, check_is_node, leaves_of
 
 N = TypeVar("N", bound=Node)
@@ -20,7 +20,8 @@ T = TypeVar("T")
 def rebuilt(node: T, new: Callable[[str, Declaration, Any], object], path: str = "", *, is_new: bool = False) -> T:
     """A copy of a tree with `new(path, declaration, value)` for each leaf. `is_new` removes its event history."""
     if isinstance(node, tuple | list):
-        return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in enumerate(node))
+        indexed = enumerate(node, start=first_index(node))
+        return type(node)(rebuilt(item, new, f"{path}[{index}]", is_new=is_new) for index, item in indexed)
     if not isinstance(node, Node):
         return node
     changes: dict[str, object] = {"_past": None} if is_new and "_past" in vars(node) else {}
@@ -53,11 +54,12 @@ class Layout:
     """The leaves of a model in pytree order, including those that are not given.
 
     `structure` is that of the complete model. `places[i]` is the index of leaf i among the given ones, -1 if it is not
-    given.
+    given. `determined` lists functions of ranges of leaves that replace those which others determine.
     """
 
     structure: PyTreeDef
     places: tuple[int, ...]
+    determined: tuple[tuple[int, int, Callable[[Sequence[Any]], Sequence[Any]]], ...]
 
     def spread(self, given: Sequence[T]) -> list[T | None]:
         """All leaves; None for those that are not given."""
@@ -69,7 +71,10 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
-    return layout.spread(given), layout
+    leaves = layout.spread(given)
+    for first, last, function in layout.determined:
+        leaves[first:last] = function(leaves[first:last])
+    return leaves, layout
 
 
 @ft.lru_cache(maxsize=4096)
@@ -78,4 +83,18 @@ def layout_of(structure: PyTreeDef) -> Layout:
     numbered = structure.unflatten(range(structure.num_leaves))
     places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))
     whole = rebuilt(numbered, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
-    return Layout(jax.tree_util.tree_structure(whole), places)
+    return Layout(jax.tree_util.tree_structure(whole), places, tuple(_determined(numbered, 0)))
+
+
+def _determined(node: Node, first: int) -> Iterator[tuple[int, int, Callable[[Sequence[Any]], Sequence[Any]]]]:
+    """The functions that determine leaves of a node and of its parts, whose leaves count from `first`."""
+    start = first
+    for name, declaration in dynamic_fields(type(node)):
+        if declaration is not None:
+            first += 1
+            continue
+        for _, part in parts_of(getattr(node, name)):
+            yield from _determined(part, first)
+            first += len(list(leaves_of(part)))
+    if (function := getattr(type(node), "determined", None)) is not None:
+        yield start, first, function

@@ -1,14 +1,14 @@
 """Flattening: from a model to numbered variables, instances of component classes, and connection sets."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import jax
 import numpy as np
 
 from .._declare.annotations import Declaration
 from .._declare.array import Array
-from .._declare.component import Component
+from .._declare.component import Component, EquationGroup
 from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.layout import complete
 from .._declare.node import Node, Port, check_is_node, leaves_of, resolved_sizes
@@ -109,6 +109,8 @@ class _Walker:
             self._note(self.composites, node, path, stack, first_leaf)
         if isinstance(node, Component) and type(node).initial_equations is not Component.initial_equations:
             self._note(self.starters, node, path, stack, first_leaf)
+        for group in node.equation_groups if isinstance(node, Component) else ():
+            self._note_group(group, path, stack, first_leaf)
         if sizes := sizes_of(node):
             self._size(node, sizes, first_leaf)
 
@@ -137,6 +139,31 @@ class _Walker:
         self.leaves.append(FlatLeaf(where, declaration, stack, sizes, self.n_nodes, port))
         if declaration.is_variable:
             self.n_nodes += self.leaves[-1].count
+
+    def _note_group(self, group: EquationGroup, path: str, stack: tuple[int, ...], first_leaf: int) -> None:
+        states_start = type(group.form).initial_equations is not Component.initial_equations
+        among = self.starters if states_start else self.instances
+        for row, where in zip(group.leaves, group.paths, strict=True):
+            leaves = [first_leaf + leaf for leaf in row]
+            self._note_leaves(among, group.form, join(path, where) if where else path, stack, leaves)
+
+    def _note_leaves(
+        self,
+        among: dict[Kind, Instances],
+        form: Component,
+        path: str,
+        stack: tuple[int, ...],
+        leaves: Sequence[int],
+    ) -> None:
+        own = [self.leaves[leaf] for leaf in leaves]
+        sizes = tuple(leaf.stack[len(stack) :] + leaf.sizes for leaf in own)
+        names = tuple(name for name, _ in dynamic_fields(type(form)))
+        structure = jax.tree_util.tree_structure(form)
+        kind = Kind(structure, sizes, type(form), tuple(leaf.declaration for leaf in own), names, 0)
+        found = among.setdefault(kind, Instances(kind, [], [], []))
+        found.paths.append(path)
+        found.stacks.append(stack)
+        found.own_leaves.append(leaves)
 
     def _note(
         self, among: dict[Kind, Instances], node: Component, path: str, stack: tuple[int, ...], first_leaf: int

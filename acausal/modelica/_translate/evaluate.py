@@ -1,6 +1,7 @@
 """Evaluation of expressions."""
 
 import dataclasses
+from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 
@@ -40,7 +41,7 @@ class Point:
         return dataclasses.replace(self, holds=False)
 
     def knowing(self, **names: Value) -> "Point":
-        return dataclasses.replace(self, locals={**self.locals, **names})
+        return dataclasses.replace(self, locals=ChainMap(names, self.locals))
 
 
 def evaluate(x: Any, at: Point) -> Value:

@@ -1,0 +1,413 @@
+"""From a flat model to a component."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.component import EquationGroup, Events, Follow, Started, at, refuse, when
+from ..._declare.node import leaves_of
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .._syntax.flat import Algorithm, Equation, FlatModel, Variable
+from .evaluate import NotKnown, Point, evaluate
+from .forms import Form, Residual, Section, form_class
+from .known import Known, is_external, shaped
+from .leaves import Leaf, kind_of, known_unit
+from .model import ModelicaModel
+from .resolve import Previous, Resolver, Slots
+from .statement_terms import loop_names, targets_of
+from .tree import attribute_path, tree
+from .values import Value, number
+from .whens import Lowered, Lowering
+
+_SELECT = {"Never": -2, "Avoid": -1, "Prefer": 1, "Always": 2}
+INITIAL = "initial_"
+
+
+def component(flat: FlatModel) -> ModelicaModel:
+    """The component of a flat model.
+
+    Raises `ModelError` for what is not supported, with its place in the model.
+    """
+    return _Build(flat).component()
+
+
+class _Group:
+    """Places at which equations of one form hold."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[str, ...]] = []
+        self.paths: list[str] = []
+
+
+class _Build:
+    def __init__(self, flat: FlatModel) -> None:
+        lowered = Lowering(flat).lower()
+        self.flat = dataclasses.replace(flat, variables={**flat.variables, **lowered.variables})
+        self.lowered: Lowered = lowered
+        self.known = Known(self.flat)
+        self.previous = Previous()
+        self.leaves: dict[str, Leaf] = {}
+        self.resolver = Resolver(self.known, self.leaves, self.previous)
+        self.groups: dict[Any, _Group] = {}
+        self.slots_of: dict[Any, list[Leaf]] = {}
+        self.determined: list[tuple[str, Any, list[str]]] = []  # path, term, paths of its slots
+        self.equations: list[Equation] = list(lowered.equations)
+
+    def component(self) -> ModelicaModel:
+        self._make_leaves()
+        for equation in self.equations:
+            self._equation(equation, is_initial=False)
+        for equation in self.lowered.initial_equations:
+            self._equation(equation, is_initial=True)
+        for algorithm in self.lowered.algorithms:
+            self._section(algorithm)
+        events = self._events()
+        root = tree(
+            [*self.leaves.values(), *self.previous.of.values()], ModelicaModel, _class_name(self.flat.name), events
+        )
+        places = {leaf.path: i for i, leaf in enumerate(leaves_of(root))}
+        cls = type(root)
+        cls.equation_groups = tuple(self._equation_groups(places))
+        cls.determined = self._determining(places)
+        cls.modelica_names = {attribute_path(leaf.path): leaf.path for leaf in self._all_leaves()}
+        return root
+
+    def _all_leaves(self) -> list[Leaf]:
+        return [*self.leaves.values(), *self.previous.of.values()]
+
+    # Leaves
+
+    def _make_leaves(self) -> None:
+        self.leaves["time"] = Leaf("time", "time", unit="s")
+        self.leaves[INITIAL] = Leaf(INITIAL, "discrete", "boolean", is_discrete=True, value=1.0)
+        for sample in self.lowered.samples:
+            self.leaves[sample.ticks] = Leaf(sample.ticks, "discrete", "integer", is_discrete=True, value=0.0)
+        waiting = []
+        for variable in self.flat.variables.values():
+            if variable.name in self.leaves or self.known.has(variable) or 0 in variable.dims:
+                continue
+            if is_external(variable, self.flat) or variable.type == "String":
+                continue
+            if variable.variability == "parameter":
+                waiting.append(variable)
+            else:
+                self.leaves[variable.name] = self._variable(variable)
+        self._parameters(waiting)
+        for variable in list(self.flat.variables.values()):
+            leaf = self.leaves.get(variable.name)
+            if leaf is not None and leaf.role == "var" and variable.binding is not None:
+                sides = e.Binary("Sub", e.Ref(variable.name), variable.binding)
+                self.equations.append(Equation(sides, variable.name.rpartition(".")[0], "binding", variable.place))
+
+    def _parameters(self, waiting: list[Variable]) -> None:
+        """The leaves of real parameters: first those with a value, then those that others determine."""
+        for variable in waiting:
+            if not all(variable.fixed or (True,)):
+                self._open_parameter(variable)
+                continue
+            leaf = self._leaf(variable, "param")
+            self.leaves[variable.name] = leaf
+        for variable in waiting:
+            leaf = self.leaves[variable.name]
+            if leaf.role == "param":
+                self._parameter_value(variable, leaf, [])
+
+    def _open_parameter(self, variable: Variable) -> None:
+        """A parameter that initial equations determine: a variable that keeps its value."""
+        name = variable.name
+        leaf = self._leaf(variable, "var")
+        kept = e.Builtin("Pre", (e.Ref(name),))
+        if name in self.lowered.initial:
+            leaf.is_discrete = True
+            value = e.If(((e.Builtin("Initial", ()), self.lowered.initial.pop(name)),), kept)
+            self.equations.append(Equation(e.Binary("Sub", e.Ref(name), value), "", "initial", variable.place))
+        else:
+            rest = e.Builtin("Der", (e.Ref(name),))
+            self.equations.append(Equation(e.Binary("Sub", rest, e.Const(0.0)), "", "initial", variable.place))
+        self.leaves[name] = leaf
+
+    def _parameter_value(self, variable: Variable, leaf: Leaf, path: list[str]) -> Value:
+        """The value of a parameter; one with a binding that reads others is determined by them."""
+        if leaf.value is not None:
+            return leaf.value
+        if variable.name in path:
+            raise ModelError(f"{variable.name} is determined by itself.")
+        stated = variable.start if variable.binding is None else variable.binding
+        if stated is None:
+            value: Value = np.zeros(variable.dims) if variable.dims else 0.0
+        else:
+            slots = Slots()
+            term = self.resolver.term(stated, slots)
+            if any(item.role != "param" for item in slots.leaves):
+                self._becomes_variable(variable)
+                return None
+            values = [self._parameter_value(item.variable, item, [*path, variable.name]) for item in slots.leaves]
+            if any(value is None for value in values):
+                self._becomes_variable(variable)
+                return None
+            value = number(evaluate(term, Point(self.known.library, values)))
+            if slots.leaves:
+                self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+        leaf.value = _as_leaf(shaped(value, variable))
+        low = self._number(variable.min)
+        leaf.is_positive = low is not None and low >= 0 and bool(np.all(np.asarray(leaf.value) > 0))
+        return leaf.value
+
+    def _becomes_variable(self, variable: Variable) -> None:
+        """A parameter whose binding reads one that initial equations determine."""
+        self.leaves[variable.name] = dataclasses.replace(self._leaf(variable, "var"), is_discrete=False)
+        # Terms made so far may hold the parameter; they are made anew from names.
+
+    def _leaf(self, variable: Variable, role: Any) -> Leaf:
+        return Leaf(
+            variable.name,
+            role,
+            kind_of(variable.type),
+            variable.dims,
+            known_unit(variable.unit) if variable.type == "Real" else "1",
+            variable.name in self.lowered.discrete,
+            select=_SELECT.get(variable.select, 0),
+            nominal=self._nominal(variable),
+            variable=variable,
+        )
+
+    def _nominal(self, variable: Variable) -> float | None:
+        if variable.type != "Real":
+            return 1.0
+        found = self._number(variable.nominal)
+        return abs(found) if found else None
+
+    def _number(self, x: Any) -> float | None:
+        if x is None:
+            return None
+        try:
+            value = self.known.value(x)
+        except NotKnown:
+            return None
+        return float(np.max(value)) if np.size(value) else None
+
+    def _variable(self, variable: Variable) -> Leaf:
+        leaf = self._leaf(variable, "var")
+        if variable.start is None:
+            return leaf
+        slots = Slots()
+        try:
+            value = number(self.known.value(variable.start))
+        except NotKnown:
+            value = None
+        if value is None:
+            self._starts_later(leaf, variable)
+            return leaf
+        value = _as_leaf(shaped(value, variable))
+        if np.ndim(value):
+            uniform = float(np.ravel(value)[0]) if np.size(value) and np.all(value == np.ravel(value)[0]) else None
+            leaf.guess = uniform if uniform is not None else 0.0
+        else:
+            leaf.guess = float(value)
+        if (variable.fixed and all(variable.fixed)) or (np.ndim(value) and leaf.guess != np.ravel(value)[0]):
+            leaf.value = value
+        del slots
+        return leaf
+
+    def _starts_later(self, leaf: Leaf, variable: Variable) -> None:
+        self.late = getattr(self, "late", [])
+        self.late.append((leaf, variable))
+
+    def _late_starts(self) -> None:
+        """Start values that depend on parameters."""
+        for leaf, variable in getattr(self, "late", []):
+            slots = Slots()
+            term = self.resolver.term(variable.start, slots)
+            if any(item.role != "param" for item in slots.leaves):
+                continue
+            values = [self._parameter_value(item.variable, item, []) for item in slots.leaves]
+            value = _as_leaf(shaped(number(evaluate(term, Point(self.known.library, values))), variable))
+            is_fixed = bool(variable.fixed) and all(variable.fixed)
+            if not np.ndim(value):
+                leaf.guess = float(value)
+            if is_fixed or np.ndim(value):
+                leaf.value = value
+                if is_fixed:
+                    self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+
+    # Equations
+
+    def _equation(self, equation: Equation, *, is_initial: bool) -> None:
+        if self._is_text(equation.residual):
+            return
+        slots = Slots()
+        try:
+            term = self.resolver.term(equation.residual, slots)
+        except ModelError as error:
+            raise ModelError(f"{equation.component or self.flat.name}: {error}") from error
+        if not slots.leaves:
+            return
+        self._add(Residual(term), slots, equation.component, is_initial)
+
+    def _is_text(self, x: Any) -> bool:
+        left = x.left if isinstance(x, e.Binary) else x
+        variable = self.flat.variables.get(left.name) if isinstance(left, e.Ref) else None
+        return variable is not None and (variable.type == "String" or 0 in variable.dims)
+
+    def _add(self, form: Form, slots: Slots, path: str, is_initial: bool) -> None:
+        key = (form, is_initial, tuple((s.role, s.dims, s.kind, s.is_discrete, s.is_positive) for s in slots.leaves))
+        group = self.groups.get(key)
+        if group is None:
+            group = self.groups[key] = _Group()
+            self.slots_of[key] = slots.leaves
+        group.rows.append(tuple(leaf.path for leaf in slots.leaves))
+        group.paths.append(attribute_path(path) if path else "")
+
+    def _section(self, algorithm: Algorithm) -> None:
+        names = [*dict.fromkeys([*algorithm.outputs, *targets_of(algorithm.body)])]
+        names = [name for name in names if name in self.leaves]
+        slots = Slots()
+        local = frozenset(names) | loop_names(algorithm.body)
+        body = self.resolver.body(algorithm.body, slots, local)
+        outputs = []
+        for name in names:
+            slot = self.resolver.term(e.Ref(name), slots)
+            leaf = self.leaves[name]
+            before: Any = e.Const(0.0)
+            if leaf.is_discrete:
+                before = self.resolver.term(e.Builtin("Pre", (e.Ref(name),)), slots)
+            elif leaf.dims:
+                before = e.Builtin("Zeros", tuple(e.Const(n) for n in leaf.dims))
+            outputs.append((name, slot, before))
+        if outputs:
+            self._add(Section(body, tuple(outputs)), slots, algorithm.component, False)
+
+    def _equation_groups(self, places: dict[str, int]) -> list[EquationGroup]:
+        found = []
+        for number_of, (key, group) in enumerate(self.groups.items()):
+            form, is_initial, _ = key
+            name = f"{'initial_' if is_initial else ''}equation_{number_of}"
+            made = form_class(form, self.slots_of[key], self.known.library, is_initial=is_initial, name=name)
+            rows = tuple(tuple(places[attribute_path(path)] for path in row) for row in group.rows)
+            found.append(EquationGroup(made, rows, tuple(group.paths)))
+        return found
+
+    # Parameters and start values that others determine
+
+    def _determining(self, places: dict[str, int]) -> Any:
+        if not self.determined:
+            return None
+        library = self.known.library
+        steps = [(places[attribute_path(p)], t, [places[attribute_path(q)] for q in r]) for p, t, r in self.determined]
+
+        def determine(leaves: Sequence[Any]) -> Sequence[Any]:
+            new = list(leaves)
+            for place, term, reads in steps:
+                new[place] = _as_leaf(number(evaluate(term, Point(library, [_scalar(new[i]) for i in reads]))))
+            return new
+
+        return staticmethod(determine)
+
+    # Events
+
+    def _events(self) -> dict[str, Any]:
+        """The method `events`, if there are any."""
+        library, found = self.known.library, []
+        reads: list[tuple[str, Any, list[str]]] = []
+
+        def stated(name: str, *terms: Any) -> tuple[list[Any], list[str]]:
+            slots = Slots()
+            made = [self.resolver.term(term, slots) for term in terms]
+            del name
+            return made, [attribute_path(leaf.path) for leaf in slots.leaves]
+
+        for sample in self.lowered.samples:
+            (start, interval), paths = stated(sample.ticks, _held(sample.start), _held(sample.interval))
+            found.append(("sample", sample.ticks, (start, interval), paths))
+        for i, reset in enumerate(self.lowered.resets):
+            terms, paths = stated(f"reinit_{i}", e.Ref(reset.active), reset.value)
+            found.append(("reset", reset.state, terms, paths))
+        for i, demand in enumerate(self.lowered.demands):
+            try:
+                truth = self.known.value(demand.condition)
+            except NotKnown:
+                truth = None
+            if truth is not None:
+                if not truth and demand.active is None:
+                    raise ModelError(f"assertion failed: {self._message(demand.message)}")
+                continue
+            terms, paths = stated(
+                f"assert_{i}", e.Ref(demand.active) if demand.active else e.Const(True), demand.condition
+            )
+            found.append(("assert", self._message(demand.message), terms, paths))
+        del reads
+        previous, names = self.previous.of, list(self.previous.of)
+
+        def events(self: Any) -> Events:
+            made: dict[str, Any] = {}
+            for number_of, (kind, target, terms, paths) in enumerate(found):
+                values = Point(library, [value_at(self, path) for path in paths])
+                first, second = (evaluate(term, values) for term in terms)
+                if kind == "sample":
+                    ticks = attribute_path(target)
+                    made[f"_{target}"] = at(first, every=second, **{ticks: value_at(self, ticks) + 1.0})
+                elif kind == "reset":
+                    made[f"reinit_{number_of}"] = when(
+                        jnp.asarray(first), **{attribute_path(target): jnp.asarray(second, float)}
+                    )
+                else:
+                    broken = jnp.logical_and(first, jnp.logical_not(second))
+                    if isinstance(broken, jax.Array):
+                        made[f"assert_{number_of}"] = refuse(broken, target)
+            if names:
+                follow = {
+                    attribute_path(previous[name].path): jnp.asarray(value_at(self, attribute_path(name)), float)
+                    for name in names
+                }
+                made["_follow"] = Follow(follow)
+            made["_started"] = Started({INITIAL: 0.0})
+            return made
+
+        is_needed = bool(found) or bool(names) or any(
+            leaf.path == INITIAL for leaves in self.slots_of.values() for leaf in leaves
+        )
+        if not is_needed:
+            del self.leaves[INITIAL]
+            return {}
+        return {"events": events}
+
+    def _message(self, x: Any) -> str:
+        try:
+            return str(self.known.value(x))
+        except NotKnown:
+            return "an assertion of the model is violated"
+
+
+def _held(x: Any) -> Any:
+    return x
+
+
+def value_at(node: Any, path: str) -> Any:
+    """The leaf at a path."""
+    for part in path.split("."):
+        name, *indices = part.replace("]", "").split("[")
+        node = getattr(node, name)
+        for index in indices:
+            node = node[int(index)]
+    return node
+
+
+def _as_leaf(value: Value) -> Any:
+    return jnp.asarray(value, float)
+
+
+def _scalar(value: Any) -> Any:
+    """A known scalar as a Python number, with which expressions evaluate fast."""
+    if isinstance(value, jax.core.Tracer) or np.ndim(value):
+        return value
+    return float(value)
+
+
+def _class_name(name: str) -> str:
+    last = name.rpartition(".")[2]
+    return last if last.isidentifier() else "Model"

@@ -1,0 +1,134 @@
+"""Equations of one form: a component class whose leaves are the slots of terms."""
+
+import dataclasses
+import hashlib
+from collections.abc import Sequence
+from typing import Any
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+
+from ..._declare.annotations import Declaration, positive
+from ..._declare.component import Component, Equations, eq
+from ..._declare.node import derived
+from ..._declare.sizes import Sizes
+from .._syntax import expressions as e
+from .evaluate import Functions, Point, evaluate
+from .leaves import Leaf
+from .statements import execute
+from .values import Value, number
+
+
+@dataclasses.dataclass(frozen=True)
+class Residual:
+    """Equations: the term is zero, or both sides of a difference are equal."""
+
+    term: Any
+
+    def residuals(self, at: Point) -> list[Value]:
+        if isinstance(self.term, e.Binary) and self.term.op == "Sub":
+            return _differences(evaluate(self.term.left, at), evaluate(self.term.right, at))
+        return _differences(evaluate(self.term, at), None)
+
+
+@dataclasses.dataclass(frozen=True)
+class Section:
+    """An algorithm: its statements, and for each name that it sets the slot and the value before it."""
+
+    body: e.Body
+    outputs: tuple[tuple[str, Any, Any], ...]
+
+    def residuals(self, at: Point) -> list[Value]:
+        names = {name: evaluate(before, at) for name, _, before in self.outputs}
+        execute(self.body, names, at)
+        found = []
+        for name, slot, _ in self.outputs:
+            found += _differences(evaluate(slot, at), names[name])
+        return found
+
+
+def _differences(left: Value, right: Value) -> list[Value]:
+    if isinstance(left, tuple):
+        pairs = [pair for pair in zip(left, right, strict=False) if pair[0] is not None]
+        return [item for a, b in pairs for item in _differences(a, b)]
+    if isinstance(left, dict):
+        return [
+            item for name in left for item in _differences(left[name], None if right is None else right[name])
+        ]
+    if isinstance(left, str):
+        return []
+    left = number(left)
+    if right is None:
+        return [left]
+    if isinstance(right, dict) and not np.ndim(left):  # a record of one field that stands for a number
+        return [item for value in right.values() for item in _differences(left, value)]
+    return [left - number(right)]
+
+
+Form = Residual | Section
+
+
+class Equation(Component, partial=True):
+    """Base class of forms of Modelica equations."""
+
+
+def declaration_of(leaf: Leaf) -> Declaration:
+    """The declaration of a leaf."""
+    return Declaration(
+        role=leaf.role,
+        unit=leaf.unit,
+        sign=positive if leaf.is_positive else None,
+        select=leaf.select,
+        nominal=leaf.nominal,
+        sizes=leaf.dims,
+        start=leaf.guess if leaf.role in ("var", "discrete") and not leaf.dims else 0.0,
+        is_unbounded=leaf.role == "param",
+    )
+
+
+def form_class(form: Form, leaves: Sequence[Leaf], functions: Functions, *, is_initial: bool, name: str) -> Component:
+    """A component whose leaves are the slots of a form."""
+    names = [f"x{i}" for i in range(len(leaves))]
+    has_rate = [leaf.role == "var" for leaf in leaves]
+
+    def equations(self: Any, d: Any) -> Equations:
+        at = Point(
+            functions,
+            [getattr(self, name) for name in names],
+            [getattr(d, name) if moves else None for name, moves in zip(names, has_rate, strict=True)],
+            holds=not is_initial,
+        )
+        found = [item for item in form.residuals(at) if np.size(item)]
+        stated = [eq(jnp.asarray(item, float), check_units=False) for item in found]
+        return {name if len(stated) == 1 else f"{name}_{i}": item for i, item in enumerate(stated)}
+
+    digest = hashlib.sha256(repr((form, [dataclasses.astuple(declaration_of(leaf)) for leaf in leaves])).encode())
+    cls = node_class(
+        Equation,
+        f"Equation_{digest.hexdigest()[:16]}",
+        {name: declaration_of(leaf) for name, leaf in zip(names, leaves, strict=True)},
+        {"initial_equations" if is_initial else "equations": equations},
+    )
+    return instance(cls, dict.fromkeys(names, 0.0))
+
+
+def node_class(base: type, name: str, leaves: dict[str, Declaration], namespace: dict[str, Any]) -> Any:
+    """A class of nodes with these leaves, and with the parts that the namespace annotates."""
+    fields = {
+        name: eqx.field(kw_only=True, default=None, metadata={"declaration": declaration})
+        for name, declaration in leaves.items()
+    }
+    parts = namespace.pop("parts", {})
+    annotations = {name: Any for name in leaves} | {name: Component for name in parts}
+    cls = derived(base, annotations, {**fields, **namespace})
+    cls.__name__ = cls.__qualname__ = name
+    return cls
+
+
+def instance(cls: Any, values: dict[str, Any]) -> Any:
+    """An instance of a class of nodes, without the checks of constructors."""
+    made = object.__new__(cls)
+    for name, value in {"nominal": Sizes(), "_past": None, **values}.items():
+        object.__setattr__(made, name, value)
+    return made

@@ -1,0 +1,157 @@
+"""Values that are known when a model is translated: constants, and parameters that decide its structure."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .._syntax.flat import FlatModel, Variable
+from .evaluate import NotKnown, Point, evaluate
+from .functions import Library
+from .leaves import kind_of
+from .paths import Branch, split, tree_of
+from .values import Value, plain
+
+ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
+_NUMBERS = ("Real", "Integer", "Boolean", "String")
+
+
+class Known(Mapping[str, Value]):
+    """The known values of a flat model by name, evaluated when they are asked for.
+
+    Constants are known, and all parameters except real ones. A real parameter is known if it is declared to be
+    evaluated, or if something that is known reads it, such as the table of an external object.
+    """
+
+    def __init__(self, flat: FlatModel) -> None:
+        self.flat = flat
+        self.tree = tree_of(flat.variables.values())
+        self.library = Library(flat.functions, self)
+        self.structural: set[str] = set()  # real parameters that are known
+        self._found: dict[str, Value] = {}
+        self._pending: set[str] = set()
+        for variable in flat.variables.values():
+            if variable.variability == "parameter" and is_external(variable, flat) and variable.binding is not None:
+                self._settle(variable.binding)
+
+    def _settle(self, x: Any) -> None:
+        """Make all real parameters that an expression reads known."""
+        for name in names_in(x):
+            branch = self.tree.find(split(name))
+            for variable in _variables(branch):
+                if variable.variability == "parameter" and variable.name not in self.structural:
+                    self.structural.add(variable.name)
+                    for inner in (variable.binding, variable.start):
+                        if inner is not None:
+                            self._settle(inner)
+
+    def has(self, variable: Variable) -> bool:
+        """Whether the value of a variable is known."""
+        if variable.variability == "constant":
+            return True
+        if variable.variability != "parameter" or variable.fixed == (False,):
+            return False
+        return variable.type != "Real" or variable.evaluate or variable.name in self.structural
+
+    def value(self, x: Any, **names: Value) -> Value:
+        """The value of an expression. Raises `NotKnown`."""
+        return evaluate(x, Point(self.library, locals=self).knowing(**names))
+
+    def value_of(self, variable: Variable) -> Value:
+        """The value of a constant or parameter from its binding or start value; zero if it has none."""
+        name = variable.name
+        if name in self._found:
+            return self._found[name]
+        if name in self._pending:
+            raise ModelError(f"{name} is determined by itself.")
+        self._pending.add(name)
+        try:
+            stated = variable.start if variable.binding is None else variable.binding
+            value = self._zero(variable) if stated is None else self.value(stated)
+        finally:
+            self._pending.discard(name)
+        self._found[name] = shaped(value, variable)
+        return self._found[name]
+
+    def _zero(self, variable: Variable) -> Value:
+        zero = ZEROS.get(variable.type, 0 if variable.type == "Integer" else 1)
+        return np.full(variable.dims, zero) if variable.dims else zero
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            self[str(name)]
+        except KeyError:
+            return False
+        return True
+
+    def __getitem__(self, name: str) -> Value:
+        if name in self.flat.enumerations:
+            return self.flat.enumerations[name]
+        variable = self.flat.variables.get(name)
+        if variable is not None:
+            if not self.has(variable):
+                raise KeyError(name)
+            try:
+                return self.value_of(variable)
+            except NotKnown as missing:
+                raise KeyError(name) from missing
+        return self._whole(self.tree.find(split(name)), name)
+
+    def _whole(self, branch: Branch | list | None, name: str) -> Value:
+        """A record, or an array of records, all of whose fields are known."""
+        if branch is None:
+            raise KeyError(name)
+        if isinstance(branch, list):
+            return np.array([self._whole(item, name) for item in branch])
+        if branch.variable is not None:
+            return self[branch.variable.name]
+        if branch.parts:
+            return {part: self._whole(inner, name) for part, inner in branch.parts.items()}
+        return [self._whole(inner, name) for inner in branch.members.values()]
+
+    def __iter__(self) -> Iterator[str]:
+        return (name for name, variable in self.flat.variables.items() if self.has(variable))
+
+    def __len__(self) -> int:
+        return sum(1 for _ in self)
+
+
+def shaped(value: Value, variable: Variable) -> Value:
+    """A value with the declared shape: an attribute of an array may be given by one number."""
+    if isinstance(value, dict) or not variable.dims:
+        return plain(value)
+    if isinstance(value, bool | int | float):
+        return np.full(variable.dims, value)
+    return value
+
+
+def is_external(variable: Variable, flat: FlatModel) -> bool:
+    """Whether a variable is an external object, such as a table."""
+    function = flat.functions.get(variable.type)
+    constructor = isinstance(variable.binding, e.Call) and variable.binding.name == variable.type
+    return variable.type not in _NUMBERS and kind_of(variable.type) == "integer" and (
+        constructor or (function is not None and function.external is not None)
+    )
+
+
+def names_in(x: Any) -> Iterator[str]:
+    """The names in an expression."""
+    from .evaluate import parts_of
+
+    if isinstance(x, e.Ref):
+        yield x.name
+    for part in parts_of(x):
+        yield from names_in(part)
+
+
+def _variables(branch: Any) -> Iterator[Variable]:
+    if isinstance(branch, list):
+        for item in branch:
+            yield from _variables(item)
+    elif branch is not None:
+        if branch.variable is not None:
+            yield branch.variable
+        for inner in (*branch.parts.values(), *branch.members.values()):
+            yield from _variables(inner)

@@ -1,0 +1,45 @@
+"""The leaves of a translated model."""
+
+import dataclasses
+from typing import Any, Literal
+
+from ..._units.parsing import UnknownUnit, is_coherent
+from .._syntax.flat import Variable
+
+Role = Literal["param", "var", "discrete", "time"]
+_KINDS = {"Real": "real", "Boolean": "boolean"}
+
+
+@dataclasses.dataclass
+class Leaf:
+    """A leaf of the model. `value` is that of a parameter, or a start value that is given; None otherwise. `guess` is
+    the start value of a variable that is not given.
+    """
+
+    path: str
+    role: Role
+    kind: str = "real"
+    dims: tuple[int, ...] = ()
+    unit: str = "1"
+    is_discrete: bool = False
+    is_positive: bool = False
+    select: int = 0
+    nominal: float | None = None
+    guess: Any = 0.0
+    value: Any = None
+    variable: Variable | None = None
+
+
+def kind_of(type_name: str) -> str:
+    """"real", "boolean", or "integer", which enumerations are too."""
+    return _KINDS.get(type_name, "integer")
+
+
+def known_unit(unit: str | None) -> str:
+    """The unit, or "1" for one that is unknown here or not coherent."""
+    if not unit:
+        return "1"
+    try:
+        return unit if is_coherent(unit) else "1"
+    except UnknownUnit:
+        return "1"

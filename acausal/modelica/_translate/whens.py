@@ -1,0 +1,297 @@
+"""When-clauses as equations.
+
+A variable x that a when-clause sets obeys x = if active then value else pre(x), where `active` is true at the instant
+at which the condition becomes true (Modelica 3.6, section 8.3.5 and appendix B).
+"""
+
+import dataclasses
+import itertools
+from typing import Any
+
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .._syntax.flat import Algorithm, Equation, FlatModel, Variable
+
+INITIAL = e.Builtin("Initial", ())
+
+
+@dataclasses.dataclass(frozen=True)
+class Sample:
+    """A clock: the discrete variable that counts its ticks, the time of the first one and the interval."""
+
+    ticks: str
+    start: Any
+    interval: Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Reset:
+    """A reinit: while `active`, the state gets the value."""
+
+    active: str
+    state: str
+    value: Any
+
+
+@dataclasses.dataclass(frozen=True)
+class Demand:
+    """A condition that must hold, always or while `active`."""
+
+    active: str | None
+    condition: Any
+    message: Any
+
+
+@dataclasses.dataclass
+class Lowered:
+    """A flat model without when-clauses: additional variables and equations, and events."""
+
+    variables: dict[str, Variable]
+    equations: list[Equation]
+    algorithms: list[Algorithm]
+    samples: list[Sample]
+    resets: list[Reset]
+    demands: list[Demand]
+    initial: dict[str, Any]  # values of discrete variables and parameters at the start
+    initial_equations: list[Equation]
+    discrete: set[str]
+
+
+class Lowering:
+    """Replaces when-clauses, samples and initial equations of discrete variables."""
+
+    def __init__(self, flat: FlatModel) -> None:
+        self.flat = flat
+        self.numbers = itertools.count(1)
+        self.out = Lowered({}, [], [], [], [], [], {}, [], set())
+
+    def lower(self) -> Lowered:
+        out, flat = self.out, self.flat
+        out.discrete |= {v.name for v in flat.variables.values() if v.variability == "discrete" or v.type != "Real"}
+        sections = [(algorithm, self._algorithm(algorithm)) for algorithm in flat.algorithms]
+        bodies = [self._when_equations(when) for when in flat.whens]
+        self._initial_values()
+        for assigned in bodies:
+            self._assigned(assigned)
+        for _, algorithm in sections:
+            out.algorithms.append(algorithm)
+        for demand in flat.asserts:
+            if not demand.is_warning:
+                out.demands.append(Demand(None, self._sampled(demand.condition), demand.message))
+        for equation in flat.equations:
+            out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
+        return out
+
+    # Samples
+
+    def _sampled(self, x: Any) -> Any:
+        """An expression in which a call of `sample` compares the count of a clock with its previous value."""
+        match x:
+            case e.Builtin("Sample", args) if len(args) == 2:
+                ticks = self._variable("ticks", "Integer")
+                self.out.samples.append(Sample(ticks, *args))
+                return e.Binary("Gt", e.Ref(ticks), e.Builtin("Pre", (e.Ref(ticks),)))
+            case tuple():
+                return tuple(self._sampled(item) for item in x)
+        if not dataclasses.is_dataclass(x) or isinstance(x, type | e.Const | e.Ref):
+            return x
+        changes = {f.name: self._sampled(getattr(x, f.name)) for f in dataclasses.fields(x)}
+        same = all(value is getattr(x, name) for name, value in changes.items())
+        return x if same else dataclasses.replace(x, **changes)
+
+    def _variable(self, name: str, type_name: str) -> str:
+        full = f"{name}_{next(self.numbers)}"
+        self.out.discrete.add(full)
+        self.out.variables[full] = Variable(
+            full, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
+            False, False, True, False, True, None,
+        )  # fmt: skip
+        return full
+
+    # When-clauses among equations
+
+    def _edges(self, condition: Any, assign: list[e.Statement] | None = None) -> Any:
+        """Whether a condition, or one of several, becomes true now. Conditions become variables of their own, set by an
+        equation, or by a statement of an algorithm.
+        """
+        conditions = condition.elements if isinstance(condition, e.ArrayOf) else (condition,)
+        parts = []
+        for item in conditions:
+            if item == INITIAL:
+                parts.append(INITIAL)
+                continue
+            if isinstance(item, e.Builtin) and item.name == "Sample":
+                parts.append(self._sampled(item))
+                continue
+            if isinstance(item, e.Builtin) and item.name == "Clock":
+                raise ModelError("clocked when-clauses are not supported.")
+            name = self._variable("condition", "Boolean")
+            if assign is None:
+                self._state(name, item, "")
+            else:
+                assign.append(e.Assign((e.Target(name),), self._sampled(item)))
+            now = e.Ref(name)
+            parts.append(e.Binary("And", now, e.Unary("Not", e.Builtin("Pre", (now,)))))
+        return _any(parts)
+
+    def _state(self, name: str, value: Any, component: str) -> None:
+        self.out.equations.append(Equation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None))
+
+    def _when_equations(self, when: e.When) -> dict[tuple[str, ...], list[tuple[str, Any]]]:
+        """The variables that a when-clause sets: for each, the names of the active conditions with the values."""
+        earlier: list[Any] = []
+        found: dict[tuple[str, ...], list[tuple[str, Any]]] = {}
+        for condition, body in when.blocks:
+            edge = self._edges(condition)
+            active = self._variable("active", "Boolean")
+            none = [e.Unary("Not", e.Ref(name)) for name in earlier]
+            self._state(active, _all([edge, *none]), "")
+            earlier.append(active)
+            for names, value in self._values(body, active).items():
+                found.setdefault(names, []).append((active, value))
+        for names in found:
+            self.out.discrete.update(name.partition("[")[0] if name not in self.flat.variables else name for name in names)
+        return found
+
+    def _values(self, body: e.Body, active: str) -> dict[tuple[str, ...], Any]:
+        found: dict[tuple[str, ...], Any] = {}
+        for s in body:
+            match s:
+                case e.Assign():
+                    found[tuple("" if t is None else t.name for t in s.targets)] = s.value
+                case e.Reinit():
+                    self.out.resets.append(Reset(active, s.state, s.value))
+                case e.Assert():
+                    if not s.is_warning:
+                        self.out.demands.append(Demand(active, s.condition, s.message))
+                case e.IfStatement():
+                    inner = [(c, self._values(b, active)) for c, b in s.blocks]
+                    other = self._values(s.otherwise, active)
+                    for names in dict.fromkeys(n for _, values in (*inner, (None, other)) for n in values):
+                        kept = _previous(names)
+                        found[names] = e.If(
+                            tuple((c, values.get(names, kept)) for c, values in inner), other.get(names, kept)
+                        )
+                case _:
+                    raise ModelError(f"a {type(s).__name__.lower()} in a when-clause is not supported.")
+        return found
+
+    def _assigned(self, assigned: dict[tuple[str, ...], list[tuple[str, Any]]]) -> None:
+        for names, values in assigned.items():
+            branches = [(e.Ref(active), self._sampled(value)) for active, value in values]
+            if len(names) == 1 and names[0] in self.out.initial:
+                branches.insert(0, (INITIAL, self.out.initial.pop(names[0])))
+            left = e.Ref(names[0]) if len(names) == 1 else e.TupleOf(tuple(e.Ref(n) if n else None for n in names))
+            right = e.If(tuple(branches), _previous(names))
+            # Relations in a when-clause cause no events of their own.
+            right = e.Builtin("NoEvent", (right,))
+            self.out.equations.append(Equation(e.Binary("Sub", left, right), "", "when", None))
+
+    # When-clauses in algorithms
+
+    def _algorithm(self, algorithm: Algorithm) -> Algorithm:
+        added: list[str] = []
+        body = self._body(algorithm.body, added)
+        return dataclasses.replace(algorithm, body=body, outputs=(*algorithm.outputs, *added))
+
+    def _body(self, body: e.Body, added: list[str]) -> e.Body:
+        found: list[e.Statement] = []
+        for s in body:
+            match s:
+                case e.When():
+                    found += self._when_statement(s, added)
+                case e.IfStatement():
+                    blocks = tuple((self._sampled(c), self._body(b, added)) for c, b in s.blocks)
+                    found.append(e.IfStatement(blocks, self._body(s.otherwise, added)))
+                case e.For():
+                    found.append(e.For(s.indices, self._body(s.body, added)))
+                case _:
+                    found.append(self._sampled(s))
+        return tuple(found)
+
+    def _when_statement(self, when: e.When, added: list[str]) -> list[e.Statement]:
+        from .statement_terms import targets_of
+
+        before: list[e.Statement] = []
+        blocks = []
+        for condition, body in when.blocks:
+            edge = self._edges(condition, before)
+            inner = self._body(body, added)
+            self.out.discrete.update(targets_of(inner))
+            blocks.append((edge, inner))
+        added += [t.name for s in before if isinstance(s, e.Assign) for t in s.targets if t is not None]
+        return [*before, e.IfStatement(tuple(blocks), ())]
+
+    # Initial equations of discrete variables and of parameters
+
+    def _initial_values(self) -> None:
+        for equation in self.flat.initial_equations:
+            x = equation.residual
+            if isinstance(x, e.Binary) and x.op == "Sub":
+                for left, right in ((x.left, x.right), (x.right, x.left)):
+                    name = self._held(left)
+                    if name is not None and name not in self.out.initial:
+                        self.out.initial[name] = right
+                        break
+                else:
+                    self.out.initial_equations.append(equation)
+            else:
+                self.out.initial_equations.append(equation)
+        for algorithm in self.flat.initial_algorithms:
+            self._initial_algorithm(algorithm)
+
+    def _held(self, x: Any) -> str | None:
+        """The discrete variable, or the parameter without a value, that an initial equation determines."""
+        if isinstance(x, e.Builtin) and x.name == "Pre":
+            x = x.args[0]
+        if not isinstance(x, e.Ref) or x.subs or x.name not in self.flat.variables:
+            return None
+        variable = self.flat.variables[x.name]
+        is_open = variable.variability == "parameter" and not all(variable.fixed or (True,))
+        is_discrete = x.name in self.out.discrete and variable.variability not in ("parameter", "constant")
+        return x.name if is_open or is_discrete else None
+
+    def _initial_algorithm(self, algorithm: Algorithm) -> None:
+        """Values that an initial algorithm computes; as variables of their own, whose values count at the start only."""
+        from .statement_terms import targets_of
+
+        names = {name: f"start_of_{name}" for name in targets_of(algorithm.body) if name in self.flat.variables}
+        if not names:
+            return
+        for name, start in names.items():
+            self.out.variables[start] = dataclasses.replace(
+                self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=(), is_final=False
+            )
+            self.out.initial[name] = e.Ref(start)
+        body = tuple(_renamed(s, names) for s in algorithm.body)
+        self.out.algorithms.append(Algorithm(body, tuple(names.values()), algorithm.component, algorithm.place))
+
+
+def _renamed(x: Any, names: dict[str, str]) -> Any:
+    if isinstance(x, tuple):
+        return tuple(_renamed(item, names) for item in x)
+    if not dataclasses.is_dataclass(x) or isinstance(x, type):
+        return x
+    changes = {f.name: _renamed(getattr(x, f.name), names) for f in dataclasses.fields(x)}
+    if isinstance(x, e.Ref | e.Target) and x.name in names:
+        changes["name"] = names[x.name]
+    return dataclasses.replace(x, **changes)
+
+
+def _previous(names: tuple[str, ...]) -> Any:
+    kept = tuple(e.Builtin("Pre", (e.Ref(name),)) if name else None for name in names)
+    return kept[0] if len(kept) == 1 else e.TupleOf(kept)
+
+
+def _any(parts: list[Any]) -> Any:
+    found = parts[0]
+    for part in parts[1:]:
+        found = e.Binary("Or", found, part)
+    return found
+
+
+def _all(parts: list[Any]) -> Any:
+    found = parts[0]
+    for part in parts[1:]:
+        found = e.Binary("And", found, part)
+    return found
