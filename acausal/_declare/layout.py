@@ -72,7 +72,8 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
     leaves = layout.spread(given)
-    for first, last, function in layout.determined:
+    is_shape = any(isinstance(leaf, jax.ShapeDtypeStruct) for leaf in given)
+    for first, last, function in () if is_shape else layout.determined:
         leaves[first:last] = function(leaves[first:last])
     return leaves, layout
 

@@ -63,7 +63,8 @@ class _Build:
         for equation in self.equations:
             self._equation(equation, is_initial=False)
         for equation in self.lowered.initial_equations:
-            self._equation(equation, is_initial=True)
+            if not self._is_start(equation):
+                self._equation(equation, is_initial=True)
         for algorithm in self.lowered.algorithms:
             self._section(algorithm)
         events = self._events()
@@ -98,6 +99,7 @@ class _Build:
             else:
                 self.leaves[variable.name] = self._variable(variable)
         self._parameters(waiting)
+        self._late_starts()
         for variable in list(self.flat.variables.values()):
             leaf = self.leaves.get(variable.name)
             if leaf is not None and leaf.role == "var" and variable.binding is not None:
@@ -225,7 +227,7 @@ class _Build:
             term = self.resolver.term(variable.start, slots)
             if any(item.role != "param" for item in slots.leaves):
                 continue
-            values = [self._parameter_value(item.variable, item, []) for item in slots.leaves]
+            values = [item.value for item in slots.leaves]
             value = _as_leaf(shaped(number(evaluate(term, Point(self.known.library, values))), variable))
             is_fixed = bool(variable.fixed) and all(variable.fixed)
             if not np.ndim(value):
@@ -234,6 +236,29 @@ class _Build:
                 leaf.value = value
                 if is_fixed:
                     self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+
+    def _is_start(self, equation: Equation) -> bool:
+        """Takes an initial equation between a variable and parameters as its start value, if it has none."""
+        x = equation.residual
+        if not isinstance(x, e.Binary) or x.op != "Sub":
+            return False
+        for left, right in ((x.left, x.right), (x.right, x.left)):
+            leaf = self.leaves.get(left.name) if isinstance(left, e.Ref) and not left.subs else None
+            if leaf is None or leaf.role != "var" or leaf.kind != "real" or leaf.value is not None:
+                continue
+            slots = Slots()
+            term = self.resolver.term(right, slots)
+            if any(item.role != "param" for item in slots.leaves):
+                continue
+            value = evaluate(term, Point(self.known.library, [item.value for item in slots.leaves]))
+            if isinstance(value, dict) or np.shape(value) not in ((), leaf.dims):
+                continue
+            assert leaf.variable is not None
+            leaf.value = _as_leaf(shaped(number(value), leaf.variable))
+            if slots.leaves:
+                self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+            return True
+        return False
 
     # Equations
 
@@ -330,7 +355,7 @@ class _Build:
         for i, demand in enumerate(self.lowered.demands):
             try:
                 truth = self.known.value(demand.condition)
-            except NotKnown:
+            except (NotKnown, ModelError):  # an error occurs again where the value is needed
                 truth = None
             if truth is not None:
                 if not truth and demand.active is None:

@@ -248,6 +248,8 @@ def _semilinear(args: Sequence[Any], at: Point) -> Value:
 
 def _derivative(args: Sequence[Any], at: Point) -> Value:
     (x,) = args
+    if not at.rates:
+        raise NotKnown("a derivative")
     if isinstance(x, Slot):
         return at.rates[x.number]
     if isinstance(x, e.Subscript) and isinstance(x.base, Slot):
@@ -264,12 +266,18 @@ def _derivative(args: Sequence[Any], at: Point) -> Value:
     return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
 
 
+def _unknown(name: str) -> Value:
+    raise NotKnown(name)
+
+
 _SPECIAL: dict[str, Callable[[Sequence[Any], Point], Value]] = {
     "NoEvent": lambda args, at: evaluate(args[0], at.without_events()),
     "Smooth": _smooth,
     "SemiLinear": _semilinear,
     "Der": _derivative,
     "Terminal": lambda args, at: False,
+    "Initial": lambda args, at: _unknown("initial()"),
+    "Pre": lambda args, at: _unknown("pre"),
 }
 
 

@@ -1,5 +1,6 @@
 """Values that are known when a model is translated: constants, and parameters that decide its structure."""
 
+import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -53,11 +54,31 @@ class Known(Mapping[str, Value]):
             return True
         if variable.variability != "parameter" or variable.fixed == (False,):
             return False
-        return variable.type != "Real" or variable.evaluate or variable.name in self.structural
+        if variable.type != "Real" or variable.name in self.structural:
+            return True
+        return variable.evaluate and self._reads_known(variable)
+
+    def _reads_known(self, variable: Variable) -> bool:
+        """Whether the binding of a parameter reads known values only."""
+        stated = variable.start if variable.binding is None else variable.binding
+        read = [v for name in names_in(stated) for v in _variables(self.tree.find(split(name)))] if stated else []
+        return all(self.has(other) for other in read)
 
     def value(self, x: Any, **names: Value) -> Value:
         """The value of an expression. Raises `NotKnown`."""
-        return evaluate(x, Point(self.library, locals=self).knowing(**names))
+        return evaluate(self._sized(x), Point(self.library, locals=self).knowing(**names))
+
+    def _sized(self, x: Any) -> Any:
+        """An expression with the sizes of variables, which are known even where their values are not."""
+        if isinstance(x, tuple):
+            return tuple(self._sized(item) for item in x)
+        if not dataclasses.is_dataclass(x) or isinstance(x, e.Const | e.Ref):
+            return x
+        if isinstance(x, e.Builtin) and x.name == "Size" and isinstance(x.args[0], e.Ref) and not x.args[0].subs:
+            variable = self.flat.variables.get(x.args[0].name)
+            if variable is not None and len(x.args) == 2:
+                return e.Const(variable.dims[int(self.value(x.args[1])) - 1])
+        return dataclasses.replace(x, **{f.name: self._sized(getattr(x, f.name)) for f in dataclasses.fields(x)})
 
     def value_of(self, variable: Variable) -> Value:
         """The value of a constant or parameter from its binding or start value; zero if it has none."""
@@ -97,7 +118,10 @@ class Known(Mapping[str, Value]):
                 return self.value_of(variable)
             except NotKnown as missing:
                 raise KeyError(name) from missing
-        return self._whole(self.tree.find(split(name)), name)
+        branch = self.tree.find(split(name))
+        if not all(self.has(variable) for variable in _variables(branch)):
+            raise KeyError(name)
+        return self._whole(branch, name)
 
     def _whole(self, branch: Branch | list | None, name: str) -> Value:
         """A record, or an array of records, all of whose fields are known."""

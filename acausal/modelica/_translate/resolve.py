@@ -153,7 +153,7 @@ class _Resolution:
         """The truth of a condition that is known."""
         try:
             found = self.model.known.value(condition)
-        except NotKnown:
+        except (NotKnown, ModelError):  # an error occurs again where the value is needed
             return None
         return bool(found) if is_known(found) else None
 
