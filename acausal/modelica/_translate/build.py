@@ -393,8 +393,10 @@ class _Build:
             made["_started"] = Started({INITIAL: 0.0})
             return made
 
-        is_needed = bool(found) or bool(names) or any(
-            leaf.path == INITIAL for leaves in self.slots_of.values() for leaf in leaves
+        is_needed = (
+            bool(found)
+            or bool(names)
+            or any(leaf.path == INITIAL for leaves in self.slots_of.values() for leaf in leaves)
         )
         if not is_needed:
             del self.leaves[INITIAL]

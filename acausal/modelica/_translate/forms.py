@@ -53,9 +53,7 @@ def _differences(left: Value, right: Value) -> list[Value]:
         pairs = [pair for pair in zip(left, right, strict=False) if pair[0] is not None]
         return [item for a, b in pairs for item in _differences(a, b)]
     if isinstance(left, dict):
-        return [
-            item for name in left for item in _differences(left[name], None if right is None else right[name])
-        ]
+        return [item for name in left for item in _differences(left[name], None if right is None else right[name])]
     if isinstance(left, str):
         return []
     left = number(left)
@@ -120,7 +118,7 @@ def node_class(base: type, name: str, leaves: dict[str, Declaration], namespace:
         for name, declaration in leaves.items()
     }
     parts = namespace.pop("parts", {})
-    annotations = {name: Any for name in leaves} | {name: Component for name in parts}
+    annotations = dict.fromkeys(leaves, Any) | dict.fromkeys(parts, Component)
     cls = derived(base, annotations, {**fields, **namespace})
     cls.__name__ = cls.__qualname__ = name
     return cls

@@ -155,8 +155,10 @@ def is_external(variable: Variable, flat: FlatModel) -> bool:
     """Whether a variable is an external object, such as a table."""
     function = flat.functions.get(variable.type)
     constructor = isinstance(variable.binding, e.Call) and variable.binding.name == variable.type
-    return variable.type not in _NUMBERS and kind_of(variable.type) == "integer" and (
-        constructor or (function is not None and function.external is not None)
+    return (
+        variable.type not in _NUMBERS
+        and kind_of(variable.type) == "integer"
+        and (constructor or (function is not None and function.external is not None))
     )
 
 

@@ -31,7 +31,7 @@ class Leaf:
 
 
 def kind_of(type_name: str) -> str:
-    """"real", "boolean", or "integer", which enumerations are too."""
+    """ "real", "boolean", or "integer", which enumerations are too."""
     return _KINDS.get(type_name, "integer")
 
 

@@ -88,9 +88,7 @@ class _Resolution:
                 return element(self.term(x.base), self._subs(x.subs))
             case e.Comprehension():
                 inner = _Resolution(self.model, self.slots, self.local | {name for name, _ in x.indices})
-                return e.Comprehension(
-                    inner.term(x.body), tuple((name, self.term(over)) for name, over in x.indices)
-                )
+                return e.Comprehension(inner.term(x.body), tuple((name, self.term(over)) for name, over in x.indices))
             case e.Const() | e.Colon():
                 return x
             case e.Text():

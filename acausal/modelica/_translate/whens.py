@@ -150,7 +150,9 @@ class Lowering:
             for names, value in self._values(body, active).items():
                 found.setdefault(names, []).append((active, value))
         for names in found:
-            self.out.discrete.update(name.partition("[")[0] if name not in self.flat.variables else name for name in names)
+            self.out.discrete.update(
+                name.partition("[")[0] if name not in self.flat.variables else name for name in names
+            )
         return found
 
     def _values(self, body: e.Body, active: str) -> dict[tuple[str, ...], Any]:
