@@ -16,7 +16,7 @@ def _xp(*args: Value) -> Any:
 
 def _div(x: Value, y: Value) -> Value:
     if isinstance(x, int) and isinstance(y, int):
-        return int(math.trunc(x / y))
+        return math.trunc(x / y)
     return plain(_xp(x, y).trunc(x / y))
 
 
@@ -29,7 +29,7 @@ def _rem(x: Value, y: Value) -> Value:
 
 
 def _integer(x: Value) -> Value:
-    return int(math.floor(x)) if isinstance(x, bool | int | float) else plain(_xp(x).floor(x))
+    return math.floor(x) if isinstance(x, bool | int | float) else plain(_xp(x).floor(x))
 
 
 def _sign(x: Value) -> Value:
@@ -92,7 +92,7 @@ def _scalar(a: Value) -> Value:
 
 def _matrix(a: Value) -> Value:
     shape = np.shape(a)
-    rows, columns = (shape + (1, 1))[:2] if len(shape) < 2 else (shape[0], shape[1])
+    rows, columns = (*shape, 1, 1)[:2] if len(shape) < 2 else (shape[0], shape[1])
     return _xp(a).reshape(a, (rows, columns))
 
 

@@ -33,9 +33,13 @@ class Library:
         if function is None:
             raise ModelError(f"the function {name} is not in the flat model.")
         if function.external is not None:
-            if function.external not in EXTERNAL:
-                raise ModelError(f"the external function {function.external} of {name} is not supported.")
-            return _as_tuple(EXTERNAL[function.external](*self._given(function, args).values()))
+            outside = EXTERNAL.get(name.rpartition(".")[2], EXTERNAL.get(function.external))
+            if outside is None:
+                raise ModelError(
+                    f"the external function {function.external} of {name} is not supported; "
+                    "redeclare the function or component that calls it."
+                )
+            return _as_tuple(outside(*self._given(function, args).values()))
         names = self._given(function, args)
         if function.is_constructor or (not function.body and not function.outputs):
             return (dict(names),)
@@ -43,8 +47,7 @@ class Library:
         for formal in (*function.outputs, *function.locals):
             names[formal.name] = self._initial(formal, at.knowing(**names))
         execute(function.body, names, at)
-        results = tuple(names[formal.name] for formal in function.outputs)
-        return results
+        return tuple(names[formal.name] for formal in function.outputs)
 
     def _given(self, function: Function, args: Sequence[Value]) -> dict[str, Value]:
         names: dict[str, Value] = {}
@@ -60,8 +63,7 @@ class Library:
 
     def _initial(self, formal: Formal, at: Point) -> Value:
         if formal.default is not None:
-            value = evaluate(formal.default, at)
-            return value
+            return evaluate(formal.default, at)
         zero = _ZEROS.get(formal.type)
         if zero is None:
             return self._empty_record(formal.type)

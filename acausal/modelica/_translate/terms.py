@@ -7,7 +7,7 @@ from .._syntax.expressions import Expression
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Slot:
-    """The value of a leaf. `kind` is its type: "real", "integer" or "boolean"; `is_discrete` if only events change it."""
+    """The value of a leaf. `kind`: "real", "integer" or "boolean"; `is_discrete` if only events change it."""
 
     number: int
     kind: str = "real"

@@ -1,0 +1,23 @@
+"""Messages and files: functions of Modelica.Utilities."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..tables.files import matrix
+
+
+def _read_line(file: str, number: int) -> tuple[str, bool]:
+    lines = Path(file).read_text().splitlines()
+    return (lines[number - 1], False) if number <= len(lines) else ("", True)
+
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "ModelicaInternal_print": lambda text="", file="": (),
+    "ModelicaInternal_fullPathName": lambda name: str(Path(name).resolve()),
+    "ModelicaInternal_countLines": lambda file: len(Path(file).read_text().splitlines()),
+    "ModelicaInternal_readLine": _read_line,
+    "ModelicaStreams_closeFile": lambda file: (),
+    "ModelicaIO_readMatrixSizes": lambda file, name: list(matrix(file, name).shape),
+    "ModelicaIO_readRealMatrix": lambda file, name, rows, columns, verbose=True: matrix(file, name),
+}
