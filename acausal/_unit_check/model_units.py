@@ -24,8 +24,8 @@ def unit_problems(flat: FlatModel) -> list[str]:
     places = [(_instances(instances), instances.kind) for instances in flat.instances]
     others = {starters.kind: _instances(starters) for starters in flat.starters}
     others |= {kind: path for path, kind in accounting_composites(flat)}
-    known = {kind for _, kind in places}
-    places += [(path, kind) for kind, path in others.items() if kind not in known]
+    known = {kind.own for _, kind in places}
+    places += [(path, kind) for kind, path in others.items() if kind.own not in known]
     found = [
         f"{_named(kind, place)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
         for place, kind in places

@@ -214,20 +214,24 @@ class Rack(Component):
 
 
 class Start(Component):
-    """The value at the start is an initial equation that reads `initial`."""
+    """The initial equation reads `initial` and, by `last_high`, the value that it determines itself."""
 
     x: Var[Scalar, ""] = 0.0
     initial: Discrete[Scalar, ""] = 1.0
     starts: Discrete[Scalar, ""] = 0.0
+    high: Var[Scalar, ""] = 0.0
+    last_high: Discrete[Scalar, ""] = 0.0
 
     def equations(self, d: Self) -> Equations:
-        return dict(rate=eq(d.x, jnp.where(self.initial != 0.0, 100.0, 1.0)))
+        rate = jnp.where(self.initial != 0.0, 100.0, 1.0)
+        return dict(rate=eq(d.x, rate), high=eq(self.high, number(truth(self.x > 2.0))))
 
     def initial_equations(self, d: Self) -> Equations:
-        return dict(start=eq(self.x, jnp.where(self.initial != 0.0, 3.0, 7.0)))
+        return dict(start=eq(self.x, jnp.where(self.initial != 0.0, 2.5 + 0.5 * self.last_high, 7.0)))
 
     def events(self) -> Events:
-        return dict(start=started(initial=0.0, starts=self.starts + self.initial))
+        changes = dict(initial=0.0, starts=self.starts + self.initial)
+        return dict(start=started(**changes), _last=follow(last_high=self.high))
 
 
 class Floor(Component):

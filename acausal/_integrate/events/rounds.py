@@ -31,14 +31,18 @@ class Counted(Protocol):
 R = TypeVar("R", bound=Counted)
 
 
-def most_rounds(n_events: int) -> int:
-    """Limit on the number of rounds: those with all events together, and those with one event at a time."""
-    return TOGETHER + 4 * n_events + 16
+def most_rounds(events: RunEvents) -> int:
+    """Limit on the number of rounds: those with all events together, those with one event at a time, and one for each
+    variable that follows a value, because such variables may change one after the other.
+    """
+    number, _, is_own = events.writes
+    return TOGETHER + 4 * events.total + 16 + int(np.sum(is_own & events.follows[number]))
 
 
-def first_of(events: Array) -> Array:
-    """The first event in the list, if any."""
-    return events & (jnp.cumsum(events) == 1)
+def first_of(events: RunEvents, triggered: Array) -> Array:
+    """The first of the triggered events in the list, and each `follow` among them."""
+    others = triggered & ~events.follows
+    return (triggered & events.follows) | (others & (jnp.cumsum(others) == 1))
 
 
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
@@ -104,7 +108,7 @@ class Iteration(NamedTuple):
         held, listed, remains = self.before(r, true, is_first)
         triggered = with_follows(events, edges(true, held, events.either), ys[1], here.values)
         triggered &= ~events.nonlinear & ~events.waits
-        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(triggered))
+        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(events, triggered))
         fired = jnp.where(own.is_any, own.mask, chosen)
         if self.is_start and events.settings.stop and events.settings.direction is not False:
             # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.

@@ -89,7 +89,7 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     args, y = (start.args, start.y) if is_smooth else jax.lax.stop_gradient((start.args, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.responds
-    most, single = most_rounds(events.total), np.eye(events.total, dtype=bool)[matters & ~events.follows]
+    most, single = most_rounds(events), np.eye(events.total, dtype=bool)[matters & ~events.follows]
 
     def point(y: Array, holds: Array) -> tuple[_Point, Array]:
         """The point for the modes in y, and the events that fire there."""
@@ -112,7 +112,7 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = jnp.where(r.count < TOGETHER, triggered, first_of(triggered)) & ~is_trial
+        fired = jnp.where(r.count < TOGETHER, triggered, first_of(events, triggered)) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)
@@ -151,7 +151,7 @@ def _modes(events: RunEvents, end: _Round, discrete: Array) -> StartModes:
 
 @ft.lru_cache(maxsize=64)
 def sets_values(system: System) -> bool:
-    """Whether unscheduled events set discrete variables to differentiable values, rather than to constants."""
+    """Whether events without known times set discrete variables to differentiable values, rather than to constants."""
     if system.events is None:
         return False
     actions, entries = system.events.actions, system.events.entries
@@ -165,5 +165,5 @@ def sets_values(system: System) -> bool:
     # An output without derivatives has a tangent that reads no tangent of an input.
     moves = [max(slice_output(closed, i).used, default=-1) >= len(avals) for i in range(len(closed.jaxpr.outvars))]
     places = system.carried.discrete_places
-    counts = [entry.kind != "at" and leaf in places for entry in entries for leaf in entry.targets]
+    counts = [entry.kind not in ("at", "started") and leaf in places for entry in entries for leaf in entry.targets]
     return any(is_moving and is_own for is_moving, is_own in zip(moves, counts, strict=True))
