@@ -91,6 +91,7 @@ class Iteration(NamedTuple):
     due: Array
     args: RunArgs
     is_start: bool
+    truths: Array  # of the relations before the instant
 
     def next_round(self, r: Round) -> Round:
         events, args = self.events, self.args
@@ -101,7 +102,8 @@ class Iteration(NamedTuple):
             t, ys = jnp.where(own.is_any, moment, t), jnp.where(own.is_any, there, ys)
         here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), args, is_start=self.is_start)
         is_first = ~own.is_any & (r.count == r.n_own)
-        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, here.indicators, args))
+        changed_here = (r.truths != self.truths) & (not self.is_start)
+        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, changed_here, here.indicators, args))
         if self.is_start:
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)

@@ -88,9 +88,15 @@ class RunEvents(EventNumbers):
             parts.append((-value if self.settings.direction is False else value)[None])
         return jnp.concatenate(parts)
 
-    def renewed(self, t: Numbers, truths: Array, indicators: Array, args: RunArgs) -> Array:
-        """The truths of the relations at a point. Relations within their hysteresis bands keep their truths."""
-        return jnp.where(jnp.abs(indicators) > self.band(t, args), indicators > 0, truths)
+    def renewed(self, t: Numbers, truths: Array, changed: Array, indicators: Array, args: RunArgs) -> Array:
+        """The truths of the relations at a point. Relations within their hysteresis bands keep their truths. The bands
+        of those that have `changed` at this instant are wider, as they are on the path of a step.
+        """
+        return jnp.where(jnp.abs(indicators) > self.wider(t, ~changed, args), indicators > 0, truths)
+
+    def wider(self, t: Numbers, armed: Array, args: RunArgs) -> Array:
+        """The hysteresis of each relation; wider for those that are not `armed`."""
+        return jnp.where(armed, self.band(t, args), jnp.maximum(self.band(t, args), args.back))
 
     def truths_at_start(self, t: Numbers, indicators: Array, args: RunArgs) -> Array:
         """The truths of the relations at the start of a run. If it continues another run, relations within their bands
@@ -120,7 +126,7 @@ class RunEvents(EventNumbers):
         """
         positive, negative = self.polarity
         see = ft.partial(self.sample, path, args)
-        band = jnp.where(armed, self.band(t, args), jnp.maximum(self.band(t, args), args.back))
+        band = self.wider(t, armed, args)
         return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
 
     def band(self, t: Numbers, args: RunArgs) -> Array:

@@ -17,6 +17,7 @@ from .._syntax import expressions as e
 from .evaluate import Functions, Point, evaluate
 from .leaves import Leaf
 from .statements import execute
+from .terms import RecordOf, Slot
 from .values import Value, number
 
 
@@ -28,7 +29,8 @@ class Residual:
 
     def residuals(self, at: Point) -> list[Value]:
         if isinstance(self.term, e.Binary) and self.term.op == "Sub":
-            return _differences(evaluate(self.term.left, at), evaluate(self.term.right, at))
+            left, right = as_numbers(self.term.left), as_numbers(self.term.right)
+            return _differences(evaluate(left, at), evaluate(right, at))
         return _differences(evaluate(self.term, at), None)
 
 
@@ -44,8 +46,22 @@ class Section:
         execute(self.body, names, at)
         found = []
         for name, slot, _ in self.outputs:
-            found += _differences(evaluate(slot, at), names[name])
+            found += _differences(evaluate(as_numbers(slot), at), names[name])
         return found
+
+
+def as_numbers(x: Any) -> Any:
+    """A side of an equation whose Boolean variables count as numbers, for which the equation can be solved."""
+    match x:
+        case Slot(kind="boolean"):
+            return dataclasses.replace(x, kind="real")
+        case e.Subscript() | e.Field():
+            return dataclasses.replace(x, base=as_numbers(x.base))
+        case e.ArrayOf() | e.TupleOf():
+            return dataclasses.replace(x, elements=tuple(item and as_numbers(item) for item in x.elements))
+        case RecordOf():
+            return RecordOf(tuple((name, as_numbers(item)) for name, item in x.fields))
+    return x
 
 
 def _differences(left: Value, right: Value) -> list[Value]:
