@@ -43,6 +43,7 @@ def settle(
     history: EventHistory,
     args: RunArgs,
     *,
+    earlier: Array | None = None,
     n_before: int = 0,
     order: Array | None = None,
 ) -> Settled:
@@ -55,7 +56,8 @@ def settle(
     only, the first in the list. Alternatives such as the conduction of diodes then converge like the pivots of a linear
     complementarity problem (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
-    A relation keeps its truth while its event indicator is within its hysteresis band.
+    A relation keeps its truth while its event indicator is within its hysteresis band. `earlier` are the truths before
+    the instant; `truths` those after the changes that begin there.
 
     `before` of the result has `n_before` elements: the moment of the first listed event and the vector before it,
     infinite if there is none, and empty if `n_before` is zero.
@@ -87,7 +89,7 @@ def settle(
         goes_on=jnp.any(triggered) | is_start,
         count=zero,
     )
-    iteration, most = Iteration(events, approach, due, args, is_start, truths), events.total + most_rounds(events)
+    iteration, most = Iteration(events, approach, due, args, is_start, truths if earlier is None else earlier), events.total + most_rounds(events)
     end = repeated(lambda r: r.goes_on, iteration.next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)

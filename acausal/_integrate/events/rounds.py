@@ -103,7 +103,8 @@ class Iteration(NamedTuple):
         here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), args, is_start=self.is_start)
         is_first = ~own.is_any & (r.count == r.n_own)
         changed_here = (r.truths != self.truths) & (not self.is_start)
-        truths = jnp.where(own.is_any, r.truths, events.renewed(t, r.truths, changed_here, here.indicators, args))
+        renewed = events.renewed(t, r.truths, changed_here, here.indicators, args)
+        truths = jnp.where(own.is_any, r.truths, renewed)
         if self.is_start:
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)

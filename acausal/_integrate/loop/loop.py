@@ -194,7 +194,7 @@ class StepLoop(Steps):
         t = jnp.where(is_cut, time, t1)
 
         approach = Approach(forward * before, forward * found.rates, rate_correction)
-        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered)
+        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered, c.truths)
         # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
         behind = jnp.where(is_there & (changed.outcome == STOPPED), args.tick(changed.t), 0.0)
         t = changed.t + behind
@@ -210,8 +210,10 @@ class StepLoop(Steps):
         carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end)
         return carried, new, is_early
 
-    def happened(self, c: Carry, approach: Approach, triggered: Array) -> Carry:
-        """The loop state after an instant, with the events that begin there and all events that they trigger."""
+    def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> Carry:
+        """The loop state after an instant, with the events that begin there and all events that they trigger. `earlier`
+        are the truths of the relations before it.
+        """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
         log = EventHistory.empty(AT_ONCE, events.n_model)
@@ -221,7 +223,9 @@ class StepLoop(Steps):
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             holds = events.circuit.hold(c.truths)
             end = settle(
-                events, forward * c.t, approach, c.y, triggered, c.truths, holds, due, log, args, n_before=len(c.before)
+                *(events, forward * c.t, approach, c.y, triggered, c.truths, holds, due, log, args),
+                earlier=earlier,
+                n_before=len(c.before),
             )
             y = events.with_algebraic(end.t, end.y, args, anew=True)
             mark, crowd, is_crowd = self.crowded(c, forward * end.t, triggered)

@@ -386,7 +386,7 @@ class _Build:
                         made[f"assert_{number_of}"] = refuse(broken, target)
             if names:
                 follow = {
-                    attribute_path(previous[name].path): jnp.asarray(value_at(self, attribute_path(name)), float)
+                    attribute_path(previous[name].path): _followed(value_at(self, attribute_path(name)), previous[name])
                     for name in names
                 }
                 made["_follow"] = Follow(follow)
@@ -408,6 +408,12 @@ class _Build:
             return str(self.known.value(x))
         except NotKnown:
             return "an assertion of the model is violated"
+
+
+def _followed(value: Any, leaf: Leaf) -> Any:
+    """A value that `pre` follows. Truths and integers have no derivatives."""
+    value = jnp.asarray(value, float)
+    return value if leaf.kind == "real" else jax.lax.stop_gradient(value)
 
 
 def _held(x: Any) -> Any:

@@ -51,7 +51,7 @@ def evaluate(x: Any, at: Point) -> Value:
 
 def _slot(x: Slot, at: Point) -> Value:
     value = at.values[x.number]
-    return value > 0.5 if x.kind == "boolean" else value
+    return value != 0.0 if x.kind == "boolean" else value
 
 
 def _ref(x: e.Ref, at: Point) -> Value:
