@@ -65,17 +65,22 @@ class Layout:
         """All leaves; None for those that are not given."""
         return [None if place < 0 else given[place] for place in self.places]
 
+    def numbers(self, given: Sequence[Any]) -> list[Any]:
+        """The numbers of all leaves, including those that others determine; None for those that are not given."""
+        leaves = self.spread(given)
+        for first, last, function in self.determined:
+            leaves[first:last] = function(leaves[first:last])
+        return leaves
+
 
 def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     """All leaves of a model, with None for missing start values, and their layout."""
     check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
-    leaves = layout.spread(given)
-    is_shape = any(isinstance(leaf, jax.ShapeDtypeStruct) for leaf in given)
-    for first, last, function in () if is_shape else layout.determined:
-        leaves[first:last] = function(leaves[first:last])
-    return leaves, layout
+    if any(isinstance(leaf, jax.ShapeDtypeStruct) for leaf in given):
+        return layout.spread(given), layout
+    return layout.numbers(given), layout
 
 
 @ft.lru_cache(maxsize=4096)

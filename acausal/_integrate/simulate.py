@@ -125,7 +125,7 @@ def simulate(
     kind_of(system, "system", System, "choose_states(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
-    leaves, start_failed = layout.spread(given), None
+    leaves, start_failed = layout.numbers(given), None
     start_time = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")

@@ -1,1 +1,20 @@
-"""Modelica models as components."""
+"""Modelica models as differentiable components.
+
+`load` translates a Modelica model, with the libraries that it uses, into a component like any other: for `simulate`,
+`initialise`, `linearise`, `optimise`, `jax.jit`, `jax.vmap` and gradients.
+
+    from acausal import simulate
+    from acausal.modelica import load
+
+    drive = load("Drive.mo", "Drive", roots=["libraries"])
+    solution = simulate(drive, 2.0)
+    solution["inertia2.w"]
+
+`python -m acausal.modelica` checks and simulates models, and compares a library with published results.
+"""
+
+from ._errors import ModelicaError as ModelicaError
+from ._load import load as load
+from ._translate.model import ModelicaModel as ModelicaModel
+
+__all__ = ["ModelicaError", "ModelicaModel", "load"]

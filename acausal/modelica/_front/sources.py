@@ -1,6 +1,7 @@
 """The files and lines of spans."""
 
-from dataclasses import dataclass
+import bisect
+from dataclasses import dataclass, field
 
 
 def number(name: str) -> int:
@@ -16,13 +17,16 @@ class Sources:
     """The texts of a flat model, with the names of their files, by the numbers in its spans."""
 
     texts: dict[int, tuple[str, str]]
+    _lines: dict[int, list[int]] = field(default_factory=dict, init=False, repr=False, compare=False)
 
     def place(self, source: int, offset: int) -> tuple[str, int] | None:
         """File and line of an offset in bytes; None if the text is unknown. Lines of a patched file may differ."""
         if source not in self.texts:
             return None
-        file, text = self.texts[source]
-        return file, text.encode().count(b"\n", 0, offset) + 1
+        if source not in self._lines:
+            text = self.texts[source][1].encode()
+            self._lines[source] = [i for i, byte in enumerate(text) if byte == 10]
+        return self.texts[source][0], bisect.bisect_left(self._lines[source], offset) + 1
 
 
 def used(content: object) -> set[int]:

@@ -8,10 +8,13 @@ from .expressions import Assert, Body, Expression, When
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Place:
-    """A place in the source: the number of a text of the front end, and the offset in it."""
+    """A place in the source."""
 
-    source: int
-    offset: int
+    file: str
+    line: int
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}"
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -40,6 +43,7 @@ class Variable:
     is_protected: bool
     evaluate: bool
     is_discrete: bool
+    is_expandable: bool  # a member of an expandable connector, which exists only if something uses it
     place: Place | None
 
 

@@ -199,8 +199,24 @@ def _when(node: Json) -> e.When:
     return e.When(tuple((expression(c["condition"]), _when_body(c["equations"])) for c in clauses))
 
 
-def _place(span: Any) -> Place | None:
-    return Place(span["source"], span["start"]) if isinstance(span, Mapping) else None
+Find = Callable[[int, int], tuple[str, int] | None]  # file and line of an offset in a text of the front end
+
+
+class _Places:
+    """Places of spans. Lines of a text are counted once for each offset."""
+
+    def __init__(self, find: Find | None) -> None:
+        self._find = find
+        self._known: dict[tuple[int, int], Place | None] = {}
+
+    def __call__(self, span: Any) -> Place | None:
+        if self._find is None or not isinstance(span, Mapping):
+            return None
+        key = (span["source"], span["start"])
+        if key not in self._known:
+            found = self._find(*key)
+            self._known[key] = Place(*found) if found else None
+        return self._known[key]
 
 
 def _variability(node: Any) -> str:
@@ -208,7 +224,7 @@ def _variability(node: Any) -> str:
     return {"Parameter": "parameter", "Constant": "constant", "Discrete": "discrete"}.get(tag, "continuous")
 
 
-def _variable(node: Json, type_name: str, is_final: bool) -> Variable:
+def _variable(node: Json, type_name: str, is_final: bool, place: _Places) -> Variable:
     causality = node["causality"]
     return Variable(
         name=node["name"],
@@ -231,31 +247,32 @@ def _variable(node: Json, type_name: str, is_final: bool) -> Variable:
         is_protected=node["is_protected"],
         evaluate=node["evaluate"],
         is_discrete=node["is_discrete_type"],
-        place=_place(node["source_span"]),
+        is_expandable=node["from_expandable_connector"],
+        place=place(node["source_span"]),
     )
 
 
 _ORIGINS = {"Connection": "connection", "FlowSum": "flows", "UnconnectedFlow": "open flow"}
 
 
-def _equation(node: Json) -> Equation:
+def _equation(node: Json, place: _Places) -> Equation:
     origin = node["origin"]
     tag = origin if isinstance(origin, str) else next(iter(origin))
     component = origin[tag].get("component", "") if isinstance(origin, Mapping) else ""
-    return Equation(expression(node["residual"]), component, _ORIGINS.get(tag, "component"), _place(node.get("span")))
+    return Equation(expression(node["residual"]), component, _ORIGINS.get(tag, "component"), place(node.get("span")))
 
 
-def _algorithm(node: Json) -> Algorithm:
+def _algorithm(node: Json, place: _Places) -> Algorithm:
     outputs = tuple(dict.fromkeys(_name(item) for item in node["outputs"]))
     origin = str(node["origin"]).removeprefix("algorithm from ")
-    return Algorithm(_body(node["statements"]), outputs, origin, _place(node.get("span")))
+    return Algorithm(_body(node["statements"]), outputs, origin, place(node.get("span")))
 
 
 def _formal(node: Json) -> Formal:
     return Formal(node["name"], node["type_name"], _optional(node["default"]), _subscripts(node["shape_expr"]))
 
 
-def _function(node: Json) -> Function:
+def _function(node: Json, place: _Places) -> Function:
     external = node["external"]
     return Function(
         node["name"],
@@ -265,26 +282,27 @@ def _function(node: Json) -> Function:
         _body(node["body"]),
         bool(node["is_constructor"]),
         external["function_name"] if external else None,
-        _place(node.get("span")),
+        place(node.get("span")),
     )
 
 
-def flat_model(node: Json, name: str) -> FlatModel:
+def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModel:
     """The flat model of the front end; `UnknownSyntax` for what this reader does not know."""
+    place = _Places(find)
     types, finals = node["variable_type_names"], node["variable_final_flags"]
     return FlatModel(
         name=name,
         variables={
-            key: _variable(item, types.get(key, "Real"), bool(finals.get(key)))
+            key: _variable(item, types.get(key, "Real"), bool(finals.get(key)), place)
             for key, item in node["variables"].items()
         },
-        equations=tuple(_equation(item) for item in node["equations"]),
-        initial_equations=tuple(_equation(item) for item in node["initial_equations"]),
+        equations=tuple(_equation(item, place) for item in node["equations"]),
+        initial_equations=tuple(_equation(item, place) for item in node["initial_equations"]),
         asserts=tuple(_assert(item) for item in node["assert_equations"]),
-        algorithms=tuple(_algorithm(item) for item in node["algorithms"]),
-        initial_algorithms=tuple(_algorithm(item) for item in node["initial_algorithms"]),
+        algorithms=tuple(_algorithm(item, place) for item in node["algorithms"]),
+        initial_algorithms=tuple(_algorithm(item, place) for item in node["initial_algorithms"]),
         whens=tuple(_when(item) for item in node["when_chains"]),
-        functions={key: _function(item) for key, item in node["functions"].items()},
+        functions={key: _function(item, place) for key, item in node["functions"].items()},
         enumerations=node["enum_literal_ordinals"],
         records={key: (item["type_name"], tuple(item["dims"])) for key, item in node["record_instances"].items()},
     )

@@ -2,6 +2,7 @@
 
 import dataclasses
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -12,7 +13,7 @@ from ..._declare.component import EquationGroup, Events, Follow, Started, at, re
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, Equation, FlatModel, Variable
+from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
 from .evaluate import NotKnown, Point, evaluate
 from .forms import Form, Residual, Section, form_class
 from .known import Known, is_external, shaped
@@ -46,6 +47,7 @@ class _Group:
 
 class _Build:
     def __init__(self, flat: FlatModel) -> None:
+        self.original = flat
         lowered = Lowering(flat).lower()
         self.flat = dataclasses.replace(flat, variables={**flat.variables, **lowered.variables})
         self.lowered: Lowered = lowered
@@ -68,6 +70,7 @@ class _Build:
         for algorithm in self.lowered.algorithms:
             self._section(algorithm)
         events = self._events()
+        self._drop_unused()
         root = tree(
             [*self.leaves.values(), *self.previous.of.values()], ModelicaModel, _class_name(self.flat.name), events
         )
@@ -75,8 +78,16 @@ class _Build:
         cls = type(root)
         cls.equation_groups = tuple(self._equation_groups(places))
         cls.determined = self._determining(places)
-        cls.modelica_names = {attribute_path(leaf.path): leaf.path for leaf in self._all_leaves()}
+        cls.flat = self.original
         return root
+
+    def _drop_unused(self) -> None:
+        """Members of expandable connectors that nothing uses do not exist."""
+        used = {leaf.path for leaves in self.slots_of.values() for leaf in leaves}
+        used.update(path for group in self.groups.values() for row in group.rows for path in row)
+        for variable in self.flat.variables.values():
+            if variable.is_expandable and variable.name in self.leaves and variable.name not in used:
+                del self.leaves[variable.name]
 
     def _all_leaves(self) -> list[Leaf]:
         return [*self.leaves.values(), *self.previous.of.values()]
@@ -272,15 +283,15 @@ class _Build:
             raise ModelError(f"{equation.component or self.flat.name}: {error}") from error
         if not slots.leaves:
             return
-        self._add(Residual(term), slots, equation.component, is_initial)
+        self._add(Residual(term), slots, equation.component, is_initial, _said(equation))
 
     def _is_text(self, x: Any) -> bool:
         left = x.left if isinstance(x, e.Binary) else x
         variable = self.flat.variables.get(left.name) if isinstance(left, e.Ref) else None
         return variable is not None and (variable.type == "String" or 0 in variable.dims)
 
-    def _add(self, form: Form, slots: Slots, path: str, is_initial: bool) -> None:
-        key = (form, is_initial, tuple((s.role, s.dims, s.kind, s.is_discrete, s.is_positive) for s in slots.leaves))
+    def _add(self, form: Form, slots: Slots, path: str, is_initial: bool, name: str) -> None:
+        key = (form, is_initial, name, tuple((s.role, s.dims, s.kind, s.is_discrete, s.is_positive) for s in slots.leaves))
         group = self.groups.get(key)
         if group is None:
             group = self.groups[key] = _Group()
@@ -305,13 +316,12 @@ class _Build:
                 before = e.Builtin("Zeros", tuple(e.Const(n) for n in leaf.dims))
             outputs.append((name, slot, before))
         if outputs:
-            self._add(Section(body, tuple(outputs)), slots, algorithm.component, False)
+            self._add(Section(body, tuple(outputs)), slots, algorithm.component, False, _where(algorithm.place, "algorithm"))
 
     def _equation_groups(self, places: dict[str, int]) -> list[EquationGroup]:
         found = []
-        for number_of, (key, group) in enumerate(self.groups.items()):
-            form, is_initial, _ = key
-            name = f"{'initial_' if is_initial else ''}equation_{number_of}"
+        for key, group in self.groups.items():
+            form, is_initial, name, _ = key
             made = form_class(form, self.slots_of[key], self.known.library, is_initial=is_initial, name=name)
             rows = tuple(tuple(places[attribute_path(path)] for path in row) for row in group.rows)
             found.append(EquationGroup(made, rows, tuple(group.paths)))
@@ -414,6 +424,15 @@ def _followed(value: Any, leaf: Leaf) -> Any:
     """A value that `pre` follows. Truths and integers have no derivatives."""
     value = jnp.asarray(value, float)
     return value if leaf.kind == "real" else jax.lax.stop_gradient(value)
+
+
+def _said(equation: Equation) -> str:
+    """How messages name an equation in a component: by file and line."""
+    return _where(equation.place, "equation") if equation.origin == "component" else equation.origin
+
+
+def _where(place: Place | None, otherwise: str) -> str:
+    return f"{Path(place.file).name}:{place.line}" if place else otherwise
 
 
 def _held(x: Any) -> Any:

@@ -1,9 +1,13 @@
 """The component class of translated models."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
+
+import jax
 
 from ..._declare.component import Component
+
+if TYPE_CHECKING:
+    from .._syntax.flat import FlatModel
 
 
 class ModelicaModel(Component, partial=True):
@@ -12,4 +16,23 @@ class ModelicaModel(Component, partial=True):
     Members of arrays of components count from 1, as in Modelica: `model.cell[1]` is the first.
     """
 
-    modelica_names: ClassVar[Mapping[str, str]] = {}
+    flat: ClassVar["FlatModel"]
+
+    def __reduce__(self) -> Any:
+        leaves, structure = jax.tree_util.tree_flatten(self)
+        return _rebuilt, (type(self).flat, leaves, [leaf is not None for leaf in _all_leaves(self)])
+
+
+def _all_leaves(model: ModelicaModel) -> list[Any]:
+    return jax.tree_util.tree_leaves(model, is_leaf=lambda x: x is None)
+
+
+def _rebuilt(flat: "FlatModel", leaves: list[Any], given: list[bool]) -> ModelicaModel:
+    """A model from its flat model and its leaves, which are None where no start value is given."""
+    from .build import component
+
+    blank = component(flat)
+    values = iter(leaves)
+    whole = [next(values) if is_given else None for is_given in given]
+    structure = jax.tree_util.tree_structure(blank, is_leaf=lambda x: x is None)
+    return jax.tree_util.tree_unflatten(structure, whole)

@@ -104,7 +104,7 @@ class Lowering:
         self.out.discrete.add(full)
         self.out.variables[full] = Variable(
             full, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
-            False, False, True, False, True, None,
+            False, False, True, False, True, False, None,
         )  # fmt: skip
         return full
 

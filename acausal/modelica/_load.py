@@ -1,0 +1,43 @@
+"""Loading of Modelica models."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from .._errors import ModelError
+from ._errors import ModelicaError
+from ._front.flatten import flat_model as front_end
+from ._syntax.flat import FlatModel
+from ._syntax.read import UnknownSyntax
+from ._syntax.read import flat_model as read
+from ._translate.build import component
+from ._translate.model import ModelicaModel
+
+
+def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> ModelicaModel:
+    """The component of a Modelica model.
+
+    - `source`: a Modelica text, a file, or the folder of a package. It may be empty if `roots` hold the model.
+    - `model`: the full name of the model, possibly with modifiers, as in "Plant.Pump(k=2)".
+    - `roots`: folders with the libraries that it uses. The Modelica Standard Library lies in such a folder as
+      `Modelica 4.1.0`, `ModelicaServices 4.1.0` and `Complex 4.1.0.mo`, as in its release.
+
+    Real parameters and start values are attributes by their Modelica path, as in `model.inertia1.J`. Members of arrays
+    of components count from 1, as in Modelica (`model.cell[1]`); arrays of numbers are arrays of jax, which count from
+    0. A name that Python or `Component` uses has an underscore at its end (`lambda_`). A parameter whose value the model
+    states by an expression of other parameters follows them. Parameters of other types (Integer, Boolean, enumerations,
+    String), and real ones on which the structure depends, are fixed: set them by modifiers.
+
+    Raises `ModelicaError` for errors of the text, with file and line, and for language elements that are not supported.
+    """
+    return component(flat_of(source, model, roots))
+
+
+def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModel:
+    """The flat model of a Modelica model. Raises `ModelicaError`."""
+    content, sources = front_end(source, model, roots)
+    try:
+        return read(content, model, sources.place)
+    except UnknownSyntax as error:
+        raise ModelicaError(f"{model}: the front end wrote an unknown {error}.") from error
+    except ModelError as error:
+        raise ModelicaError(str(error)) from error
