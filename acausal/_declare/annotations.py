@@ -8,6 +8,7 @@ import dataclasses
 import math
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
+import numpy as np
 from jax import Array
 
 from .._errors import ArgumentError
@@ -101,7 +102,7 @@ class Declaration:
     select: int = 0
     nominal: float | None = None
     sizes: tuple[int | str, ...] | None = ()
-    start: float = 0.0
+    start: float | tuple[Any, ...] = 0.0  # of an array, a nested tuple, or one number for all elements
     is_unbounded: bool = False
 
     def admits(self, value: Any) -> Any:
@@ -110,6 +111,11 @@ class Declaration:
             return value == value if self._may_be_infinite else abs(value) < math.inf
         inside = self.sign.admits(value)
         return inside if self._may_be_infinite else inside & (abs(value) < math.inf)
+
+    @property
+    def guess(self) -> float | np.ndarray:
+        """The default start value, as a number or an array."""
+        return self.start if isinstance(self.start, float) else np.asarray(self.start, float)
 
     @property
     def range(self) -> str:

@@ -62,7 +62,7 @@ class ModelParameters:
 def discrete_start(leaf: FlatLeaf, value: Numbers | None) -> Any:
     if leaf.declaration.role != "discrete":
         return value
-    value = leaf.declaration.start if value is None else value
+    value = leaf.declaration.guess if value is None else value
     shape = leaf.stack + leaf.sizes
     return jnp.broadcast_to(value, shape) if shape else value
 

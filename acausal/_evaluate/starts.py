@@ -60,7 +60,7 @@ class Starts:
     def pack(self, leaves: Sequence[Numbers | None]) -> Numbers:
         """All start values, from the leaves in pytree order; None for a missing one. Plain numbers stay on the host."""
         variable = [(leaves[i], self.flat.leaves[i]) for i in self.flat.variable_leaves]
-        values = [leaf.declaration.start if value is None else value for value, leaf in variable]
+        values = [leaf.declaration.guess if value is None else value for value, leaf in variable]
         if all(isinstance(value, float) for value in values):
             return np.repeat(np.array(values), self._elements)
         xp = np if all(isinstance(value, float | np.ndarray) for value in values) else jnp
@@ -140,7 +140,7 @@ class Starts:
         """The aliases of a node whose start values count."""
         aliases = self._aliases(node)
         leaves = [self._leaf(alias) for alias in aliases]
-        says = np.array([leaf.declaration.start != 0 for leaf in leaves])
+        says = np.array([np.any(leaf.declaration.guess != 0.0) for leaf in leaves])
         in_port = np.array([leaf.in_port for leaf in leaves])
         for chosen in (self._given(given, aliases), says & ~in_port, says):
             if chosen.any():

@@ -108,7 +108,7 @@ def initialised_leaves(
     check_starts_after_past(system, past, t0)
     problem, constants = problem_of(system, list(leaves))
     outcome, new = _searched(problem, constants, leaves, t0, past, throw)
-    starts = [leaf.declaration.start for leaf in system.flat.leaves]
+    starts = [leaf.declaration.guess for leaf in system.flat.leaves]
     before = [starts[i] if leaf is None else leaf for i, leaf in enumerate(leaves)]
     found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
     return found, jnp.where(outcome.is_bad, 1.0, 0.0)

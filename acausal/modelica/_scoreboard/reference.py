@@ -34,7 +34,7 @@ def read_reference(folder: Path) -> Reference | None:
         return None
     with file.open(newline="") as lines:
         rows = csv.reader(lines)
-        names = next(rows)
+        names = ["time" if name == "Time" else name for name in next(rows)]
         table = np.array([[float(value) for value in row] for row in rows if row])
     wanted = [name.strip() for name in (folder / "comparisonSignals.txt").read_text().splitlines()]
     columns = {name: table[:, i] for i, name in enumerate(names)}

@@ -15,6 +15,7 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
 from .evaluate import NotKnown, Point, evaluate
+from .guesses import propagate
 from .forms import Form, Residual, Section, form_class
 from .known import Known, is_external, shaped
 from .leaves import Leaf, kind_of, known_unit
@@ -57,6 +58,7 @@ class _Build:
         self.resolver = Resolver(self.known, self.leaves, self.previous)
         self.groups: dict[Any, _Group] = {}
         self.slots_of: dict[Any, list[Leaf]] = {}
+        self._late: list[tuple[Leaf, Variable]] = []  # start values that depend on parameters
         self.determined: list[tuple[str, Any, list[str]]] = []  # path, term, paths of its slots
         self.equations: list[Equation] = list(lowered.equations)
 
@@ -71,6 +73,7 @@ class _Build:
             self._section(algorithm)
         events = self._events()
         self._drop_unused()
+        propagate(self.groups, self.leaves, self.known.library)
         root = tree(
             [*self.leaves.values(), *self.previous.of.values()], ModelicaModel, _class_name(self.flat.name), events
         )
@@ -206,47 +209,31 @@ class _Build:
 
     def _variable(self, variable: Variable) -> Leaf:
         leaf = self._leaf(variable, "var")
-        if variable.start is None:
-            return leaf
-        slots = Slots()
-        try:
-            value = number(self.known.value(variable.start))
-        except NotKnown:
-            value = None
-        if value is None:
-            self._starts_later(leaf, variable)
-            return leaf
-        value = _as_leaf(shaped(value, variable))
-        if np.ndim(value):
-            uniform = float(np.ravel(value)[0]) if np.size(value) and np.all(value == np.ravel(value)[0]) else None
-            leaf.guess = uniform if uniform is not None else 0.0
-        else:
-            leaf.guess = float(value)
-        if (variable.fixed and all(variable.fixed)) or (np.ndim(value) and leaf.guess != np.ravel(value)[0]):
-            leaf.value = value
-        del slots
+        if variable.start is not None:
+            try:
+                self._start(leaf, variable, number(self.known.value(variable.start)))
+            except NotKnown:
+                self._late.append((leaf, variable))
         return leaf
 
-    def _starts_later(self, leaf: Leaf, variable: Variable) -> None:
-        self.late = getattr(self, "late", [])
-        self.late.append((leaf, variable))
+    def _start(self, leaf: Leaf, variable: Variable, value: Value) -> None:
+        """The start value of a variable: a guess, unless it is fixed."""
+        value = _as_leaf(shaped(value, variable))
+        leaf.guess, leaf.has_guess = _nested(np.asarray(value).tolist()), bool(np.any(np.asarray(value) != 0.0))
+        if variable.fixed and all(variable.fixed):
+            leaf.value = value
 
     def _late_starts(self) -> None:
         """Start values that depend on parameters."""
-        for leaf, variable in getattr(self, "late", []):
+        for leaf, variable in self._late:
             slots = Slots()
             term = self.resolver.term(variable.start, slots)
             if any(item.role != "param" for item in slots.leaves):
                 continue
             values = [item.value for item in slots.leaves]
-            value = _as_leaf(shaped(number(evaluate(term, Point(self.known.library, values))), variable))
-            is_fixed = bool(variable.fixed) and all(variable.fixed)
-            if not np.ndim(value):
-                leaf.guess = float(value)
-            if is_fixed or np.ndim(value):
-                leaf.value = value
-                if is_fixed:
-                    self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+            self._start(leaf, variable, number(evaluate(term, Point(self.known.library, values))))
+            if leaf.value is not None:
+                self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
 
     def _is_start(self, equation: Equation) -> bool:
         """Takes an initial equation between a variable and parameters as its start value, if it has none."""
@@ -391,8 +378,9 @@ class _Build:
                         jnp.asarray(first), **{attribute_path(target): jnp.asarray(second, float)}
                     )
                 else:
-                    broken = jnp.logical_and(first, jnp.logical_not(second))
-                    if isinstance(broken, jax.Array):
+                    broken = jnp.logical_not(second)
+                    if isinstance(broken, jax.core.Tracer):
+                        broken = broken if first is True else jnp.logical_and(first, broken)
                         made[f"assert_{number_of}"] = refuse(broken, target)
             if names:
                 follow = {
@@ -433,6 +421,18 @@ def _said(equation: Equation) -> str:
 
 def _where(place: Place | None, otherwise: str) -> str:
     return f"{Path(place.file).name}:{place.line}" if place else otherwise
+
+
+def _nested(values: Any) -> Any:
+    """Nested tuples of numbers; one number if all are equal."""
+    flat = np.ravel(values)
+    if flat.size and np.all(flat == flat[0]):
+        return float(flat[0])
+    return tuple(_nested_row(row) for row in values)
+
+
+def _nested_row(row: Any) -> Any:
+    return tuple(_nested_row(item) for item in row) if isinstance(row, list) else float(row)
 
 
 def _held(x: Any) -> Any:

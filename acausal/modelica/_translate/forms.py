@@ -96,7 +96,7 @@ def declaration_of(leaf: Leaf) -> Declaration:
         select=leaf.select,
         nominal=leaf.nominal,
         sizes=leaf.dims,
-        start=leaf.guess if leaf.role in ("var", "discrete") and not leaf.dims else 0.0,
+        start=leaf.guess if leaf.role in ("var", "discrete") else 0.0,
         is_unbounded=leaf.role == "param",
     )
 

@@ -25,8 +25,9 @@ class Leaf:
     is_positive: bool = False
     select: int = 0
     nominal: float | None = None
-    guess: Any = 0.0
+    guess: float | tuple[Any, ...] = 0.0
     value: Any = None
+    has_guess: bool = False  # whether the model states the guess
     variable: Variable | None = None
 
 
