@@ -5,10 +5,10 @@ from pathlib import Path
 import pytest
 
 from acausal._jax_settings import programs
-from acausal.modelica._front import flatten, session
+from acausal.modelica._front import equations, flatten, session
 from acausal.modelica._front.flatten import flat_model
+from acausal.modelica._front.functions import hidden, shown
 from acausal.modelica._front.given import NAME, WRAPPER
-from acausal.modelica._front.hide import hidden, shown
 from acausal.modelica._front.view import view
 
 MASS = (
@@ -114,7 +114,8 @@ end Uses;
 
 
 def test_the_body_of_a_hidden_function_is_in_the_flat_model() -> None:
-    text = f"{hidden(REFUSED, 'first', 'here')}\npartial model {WRAPPER} extends Uses; end {WRAPPER};"
+    changed = hidden(REFUSED, ["first"], "here")
+    text = f"{changed}\npartial model {WRAPPER} extends Uses; end {WRAPPER};"
     loaded = session.rumoca().Session().loads(text, model=WRAPPER, filename=NAME)
     functions = shown(loaded.to_dict("flat"))["functions"]
     assert set(functions) == {"Functions.first"}
@@ -127,15 +128,70 @@ def test_a_body_that_is_not_hidden_is_refused() -> None:
         session.rumoca().Session().loads(REFUSED, model="Uses", filename=NAME)
 
 
-def test_a_view_holds_links_and_patched_copies(library: Path) -> None:
-    from acausal.modelica._front import view as room
-
-    text = "within Plant;\nmodel Pump\n  Real q = 2;\nend Pump;\n"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(room, "patched", lambda library: {Path("Pump.mo"): text})
-        folder = view([library])
-        assert (folder / "Plant" / "Pump.mo").read_text() == text
-        assert (folder / "Plant" / "package.mo").is_symlink()
+def test_a_view_holds_changed_copies_and_links(library: Path) -> None:
+    plant = library / "Plant"
+    (plant / "Resources").mkdir()
+    (plant / "Resources" / "table.txt").write_text("1 2")
+    shown = view([library]) / "Plant"
+    assert "ndims({q, k*time})" in (shown / "Pump.mo").read_text()
+    assert (shown / "Resources").is_symlink()
+    (plant / "Pump.mo").unlink()
     view([library])
-    assert (folder / "Plant").is_symlink()
-    assert (library / "Plant" / "Pump.mo").exists()
+    assert not (shown / "Pump.mo").exists()
+    assert (plant / "Resources" / "table.txt").exists()
+
+
+COMPLEX = """operator record Complex
+  Real re;
+  Real im;
+  encapsulated operator function '+'
+    import Complex;
+    input Complex a;
+    input Complex b;
+    output Complex c;
+  algorithm
+    c := Complex(a.re + b.re, a.im + b.im);
+  end '+';
+end Complex;
+model Sum
+  Complex a;
+  Complex b[2];
+  Real x[3](each start = 1);
+  discrete Integer n(start = 0);
+equation
+  a + b[1] = Complex(1, // the real part
+    time) "a note; with = and {";
+  for i in 1:2 loop
+    b[i] = a + Complex(i, 0);
+  end for;
+  if time > 1 then
+    der(x) = -x;
+  else
+    der(x) = {1, 2, 3};
+  end if;
+  when sample(0, 1) then
+    n = pre(n) + 1;
+  end when;
+end Sum;
+"""
+
+
+def test_equations_that_the_last_pass_refuses_are_hidden_and_shown_again() -> None:
+    with pytest.raises(session.rumoca().CompileError, match="todae"):
+        session.rumoca().Session().loads(COMPLEX, model="Sum", filename=NAME)
+    content, sources = flat_model(COMPLEX, "Sum")
+    assert set(content["variables"]) == {"a.re", "a.im", "b[1].re", "b[1].im", "b[2].re", "b[2].im", "x", "n"}
+    first = content["equations"][0]["residual"]["Binary"]
+    assert (first["op"], list(first["lhs"]), list(first["rhs"])) == ("Sub", ["Binary"], ["FunctionCall"])
+    spans = [equation["span"] for equation in content["equations"]]
+    assert [sources.place(span["source"], span["start"]) for span in spans] == [(NAME, n) for n in (19, 21, 21, 24)]
+    assert equations.NEVER not in str(content)
+    assert len(content["equations"]) == 4
+    assert len(content["when_chains"]) == 1
+
+
+def test_hidden_equations_keep_their_lines() -> None:
+    changed = equations.hidden(COMPLEX, "here")
+    assert changed.count("\n") == COMPLEX.count("\n")
+    assert "n = pre(n) + 1;" in changed.splitlines()[29]
+    assert '"a note; with = and {"' in changed

@@ -5,10 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from . import stored
+from . import equations, functions, stored
 from .failures import failure, syntax_error
 from .given import NAME, WRAPPER, Given, check_modifiers, given
-from .hide import shown
 from .session import rumoca, session
 from .sources import Sources, number, used
 from .view import libraries, modelica_files, view
@@ -26,23 +25,36 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     if found is None:
         found = json.dumps(_flat(what))
         stored.write(key, found)
-    content = json.loads(found)
-    return content, _sources(what, content)
+    text, content = json.loads(found)
+    return content, _sources(what, text, content)
 
 
-def _flat(what: Given) -> dict[str, Any]:
-    """The flat model as the front end gives it, with the bodies that were hidden from it."""
-    front = rumoca()
+def _flat(what: Given) -> tuple[str, dict[str, Any]]:
+    """The text that the front end got, and the flat model that it gave, with what was hidden from it.
+
+    The equations of the text are only hidden if its last pass refuses them, because it does not check the types of
+    hidden ones.
+    """
     if error := syntax_error(what):
         raise error
     folder = view(what.roots)
+    text = what.text
     try:
-        loaded = session(folder).loads(what.whole, model=WRAPPER, filename=NAME)
-    except front.RumocaError as error:
-        raise failure(_with_own_names(str(error), what, folder), what) from None
-    content = loaded.to_dict("flat")
+        content = _loaded(folder, what.whole(text))
+    except rumoca().RumocaError as error:
+        if not str(error).startswith("todae"):
+            raise failure(_with_own_names(str(error), what, folder), what) from None
+        text = equations.hidden(text, NAME)
+        try:
+            content = _loaded(folder, what.whole(text))
+        except rumoca().RumocaError as error:
+            raise failure(_with_own_names(str(error), what, folder), what) from None
     check_modifiers(what, content["variables"])
-    return shown(content)
+    return text, equations.shown(functions.shown(content))
+
+
+def _loaded(folder: Path, text: str) -> dict[str, Any]:
+    return session(folder).loads(text, model=WRAPPER, filename=NAME).to_dict("flat")
 
 
 def _with_own_names(message: str, what: Given, folder: Path) -> str:
@@ -52,10 +64,10 @@ def _with_own_names(message: str, what: Given, folder: Path) -> str:
     return message
 
 
-def _sources(what: Given, content: dict[str, Any]) -> Sources:
+def _sources(what: Given, text: str, content: dict[str, Any]) -> Sources:
     """The texts of the spans: those in the view, under the user's names."""
     wanted, folder = used(content), view(what.roots)
-    texts = {number(NAME): (str(what.file or NAME), what.whole)}
+    texts = {number(NAME): (str(what.file or NAME), text)}
     for name, library in libraries(what.roots).items():
         for file in modelica_files(library):
             seen = folder / name / file.relative_to(library)

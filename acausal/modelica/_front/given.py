@@ -24,10 +24,9 @@ class Given:
     modifiers: str
     roots: tuple[Path, ...]
 
-    @property
-    def whole(self) -> str:
-        """The text with the model that is compiled. It is partial, so that the front end does not count equations."""
-        return f"{self.text}\npartial model {WRAPPER}\n extends {self.model}{self.modifiers};\nend {WRAPPER};\n"
+    def whole(self, text: str) -> str:
+        """A text with the model that is compiled. It is partial, so that the front end does not count equations."""
+        return f"{text}\npartial model {WRAPPER}\n extends {self.model}{self.modifiers};\nend {WRAPPER};\n"
 
 
 def given(source: str | Path, model: str, roots: Sequence[str | Path]) -> Given:

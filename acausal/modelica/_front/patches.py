@@ -1,7 +1,7 @@
-"""What differs in our view of a library from the library itself.
+"""What differs in our view of a library from the library itself, besides hidden equations.
 
-HIDDEN lists functions whose bodies the last pass of the front end refuses (`hide.py`). PATCHES lists other texts that
-it refuses. A patch changes how something is written, never what it computes. What does not occur in a file, as in
+HIDDEN lists functions whose bodies the last pass of the front end refuses (`functions.py`). PATCHES lists other texts
+that it refuses. A patch changes how something is written, never what it computes. What does not occur in a file, as in
 another version of the library, is left as it is.
 """
 
@@ -9,12 +9,13 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from .hide import hidden
+from . import equations, functions
 
 HIDDEN = {
-    "Modelica": {
-        "Math/BooleanVectors.mo": ("firstTrueIndex",),
-    },
+    "Modelica/Blocks/Continuous.mo": ("findInterval", "normalizationFactor"),
+    "Modelica/Electrical/Spice3.mo": functions.ALL,
+    "Modelica/Math/BooleanVectors.mo": ("firstTrueIndex",),
+    "Modelica/Math/package.mo": ("isPowerOf2",),
 }
 
 
@@ -22,7 +23,6 @@ HIDDEN = {
 class Patch:
     """A substitution in a file of a library."""
 
-    library: str
     file: str
     pattern: str
     text: str
@@ -32,19 +32,11 @@ class Patch:
 PATCHES: tuple[Patch, ...] = ()
 
 
-def patched(library: Path) -> dict[Path, str]:
-    """The texts that differ, by their paths in the folder of the library."""
-    name = library.stem.partition(" ")[0]
-    found = HIDDEN.get(name, {})
-    files = {*found, *(patch.file for patch in PATCHES if patch.library == name)}
-    texts: dict[Path, str] = {}
-    for file in sorted(files):
-        if (library / file).is_file():
-            text = (library / file).read_text("utf-8-sig")
-            for function in found.get(file, ()):
-                text = hidden(text, function, re.sub(r"\W", "_", file))
-            for patch in PATCHES:
-                if (patch.library, patch.file) == (name, file):
-                    text = re.sub(patch.pattern, patch.text, text)
-            texts[Path(file)] = text
-    return texts
+def changed(text: str, name: Path) -> str:
+    """The text of a file as the front end gets it. `name` is its path, which begins with the name of the library."""
+    file = name.as_posix()
+    text = functions.hidden(text, HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
+    for patch in PATCHES:
+        if patch.file == file:
+            text = re.sub(patch.pattern, patch.text, text)
+    return equations.hidden(text, file)

@@ -8,15 +8,13 @@ from pathlib import Path
 from ... import _program_files as files
 from ..._jax_settings import programs
 from .given import Given
-from .view import libraries, modelica_files
-
-_OWN = sorted(Path(__file__).parent.glob("*.py"))  # the patches and what applies them
+from .view import OWN, libraries, modelica_files
 
 
 def key(what: Given, version: str) -> str:
     """A digest of everything that determines the flat model: texts by their content, or by size and time if many."""
     digest = hashlib.sha256()
-    for part in (version, str(what.file), what.whole, *_stamps(what.roots), *(file.read_text() for file in _OWN)):
+    for part in (version, str(what.file), what.whole(what.text), OWN, *_stamps(what.roots)):
         digest.update(b"%d " % len(part.encode()) + part.encode())
     return digest.hexdigest()[:32]
 

@@ -1,29 +1,31 @@
-"""A view of the user's libraries: one folder of symbolic links, in which only the files with patches are copies."""
+"""A view of the user's libraries: a folder with copies of the Modelica files, written as the front end needs them, and
+with symbolic links to other files.
+"""
 
 import contextlib
 import hashlib
 import os
 import tempfile
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 from ..._jax_settings import programs
 from .._errors import ModelicaError
-from .patches import patched
+from .patches import changed
+
+OWN = hashlib.sha256(b"".join(file.read_bytes() for file in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 
 
 def view(roots: Sequence[Path]) -> Path:
     """The folder of the view, made or brought up to date."""
-    digest = hashlib.sha256("\n".join(map(str, roots)).encode()).hexdigest()[:16]
+    digest = hashlib.sha256("\n".join([OWN, *map(str, roots)]).encode()).hexdigest()[:16]
     folder = _home() / digest
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     shown = libraries(roots)
-    for entry in folder.iterdir():
-        if entry.name not in shown:
-            _remove(entry)
+    _remove_others(folder, set(shown))
     for name, library in shown.items():
-        _mirror(library, folder / name, patched(library))
+        _mirror(library, folder / name, Path(name.partition(" ")[0]))
     return folder
 
 
@@ -58,48 +60,43 @@ def modelica_files(path: Path) -> list[Path]:
     return [path] if path.is_file() else sorted(path.rglob("*.mo"))
 
 
-def _mirror(original: Path, mirror: Path, copies: Mapping[Path, str]) -> None:
-    """Make `mirror` show `original`, with other texts for some files, whose paths are relative to `original`."""
-    if Path() in copies:
-        _write(mirror, copies[Path()])
-    elif not copies:
-        _link(original, mirror)
-    else:
-        if mirror.is_symlink():
-            mirror.unlink()
+def _mirror(original: Path, mirror: Path, name: Path) -> None:
+    """Make `mirror` show `original`. `name` is its path from the folder of its library, which it begins with."""
+    if original.is_dir() and any(original.glob("*.mo")):
         mirror.mkdir(exist_ok=True)
-        entries = {entry.name for entry in original.iterdir()}
-        for gone in [entry for entry in mirror.iterdir() if entry.name not in entries]:
-            _remove(gone)
-        for name in entries:
-            below = {file.relative_to(name): text for file, text in copies.items() if file.parts[0] == name}
-            _mirror(original / name, mirror / name, below)
+        entries = list(original.iterdir())
+        _remove_others(mirror, {entry.name for entry in entries})
+        for entry in entries:
+            _mirror(entry, mirror / entry.name, name / entry.name)
+    elif original.suffix == ".mo":
+        _copy(original, mirror, name)
+    elif not mirror.is_symlink():
+        with contextlib.suppress(FileExistsError):  # another process has made it
+            mirror.symlink_to(original, target_is_directory=original.is_dir())
 
 
-def _link(original: Path, mirror: Path) -> None:
-    if mirror.is_symlink() and mirror.readlink() == original:
+def _copy(original: Path, copy: Path, name: Path) -> None:
+    """Write a changed copy atomically, with the time of the original, if there is none of this time."""
+    time = original.stat().st_mtime_ns
+    if copy.exists() and copy.stat().st_mtime_ns == time:
         return
-    _remove(mirror)
-    with contextlib.suppress(FileExistsError):  # another process has made it
-        mirror.symlink_to(original, target_is_directory=original.is_dir())
-
-
-def _write(file: Path, text: str) -> None:
-    """Write a copy atomically, if it differs."""
-    if file.is_file() and not file.is_symlink() and file.read_text("utf-8") == text:
-        return
-    _remove(file)
-    handle, part = tempfile.mkstemp(dir=file.parent)
+    handle, part = tempfile.mkstemp(dir=copy.parent)
     with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
-        stream.write(text)
-    Path(part).replace(file)
+        stream.write(changed(original.read_text("utf-8-sig"), name))
+    os.utime(part, ns=(time, time))
+    Path(part).replace(copy)
+
+
+def _remove_others(folder: Path, names: set[str]) -> None:
+    """Remove what has gone from the original; of links, never what they name."""
+    for entry in folder.iterdir():
+        if entry.name not in names:
+            _remove(entry)
 
 
 def _remove(path: Path) -> None:
-    """Remove a link, a copy, or a folder of these; never what a link names."""
     if path.is_dir() and not path.is_symlink():
-        for entry in path.iterdir():
-            _remove(entry)
+        _remove_others(path, set())
         path.rmdir()
     else:
         path.unlink(missing_ok=True)

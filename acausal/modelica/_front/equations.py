@@ -1,0 +1,171 @@
+"""Equations hidden from the last pass of rumoca, which refuses what its own solvers cannot run.
+
+It does not look into a branch of an `if` whose condition is a parameter that is false. So each equation section has
+such a parameter, and `a = b` is written as `0.0 = if parameter then ndims({a, b}) else 0.0`, where `ndims` stands for any
+function of arguments of any type. An `if true` around it keeps the pass from handling the equations of a loop as one.
+The flat model holds the branch, which `shown` turns into the equation again. Lines
+keep their numbers.
+"""
+
+import re
+import zlib
+from typing import Any
+
+from .scan import masked, statement_end
+
+NEVER = "acausalNever"
+_START = re.compile(r"(?<![\w.])(?:initial\s+)?equation(?!\w)")
+_BLOCK = re.compile(r"(for|if|elseif|when|elsewhen)\b")
+_OPENED = {"for": "loop", "if": "then", "elseif": "then", "when": "then", "elsewhen": "then"}
+_PLAIN = re.compile(r"else\b|end\s+(?:for|if|when)\s*;")
+_OTHER = re.compile(r"(?:public|protected|algorithm|equation|initial|end|external)\b")
+_COMMENT = re.compile(r'(?<=\S)\s*"[^"]*"(?:\s*\+\s*"[^"]*")*\s*(?:annotation\s*\(.*)?\Z|\s*annotation\s*\(.*\Z', re.S)
+_COMPLEX = r"(?:Complex|(?:Modelica\.Units\.)?SI\.Complex\w+)"
+_REAL = r"(?:Real|(?:Modelica\.Units\.)?SI\.\w+)"
+_VALUE = r'(?P<value>[^;"]*?)(?P<rest>\s*(?:"[^"]*"[^;"]*)?;)'
+_BINDING = re.compile(
+    rf"^(?P<head>[ \t]*(?P<type>{_COMPLEX}|{_REAL})(?:\[[^\]]*\])?\s+(?P<name>\w+)(?:\[[^\]]*\])?\s*(?:\([^()]*\))?)"
+    rf"\s*=\s*{_VALUE}",
+    re.M,
+)
+_PARAMETER = re.compile(
+    rf"^(?P<space>\s*)(?P<head>(?:final\s+)?parameter\s+{_COMPLEX}\s+\w+\s*=\s*)(?!\s*Complex\s*\(){_VALUE}", re.M
+)
+_STATE = re.compile(r"\bder\(\s*[\w.]+(?:\[[^\[\]]*\])?\s*\)")
+_EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
+
+
+def hidden(text: str, place: str) -> str:
+    """A text with its equations hidden, except those in when-equations, and with its complex bindings hidden.
+
+    `place` names the text: the parameters of different texts have different names.
+    """
+    text = _PARAMETER.sub(lambda found: _parameter(found, place), _BINDING.sub(_binding, text))
+    plain = masked(text)
+    pieces, at = [], 0
+    for start in _START.finditer(plain):
+        if start.start() >= at:
+            name = _never(place, start.start())
+            pieces.append(f"{text[at : start.start()]}protected final parameter Boolean {name} = false; {start[0]}")
+            section, at = _section(text, plain, start.end(), name)
+            pieces += section
+    return "".join([*pieces, text[at:]])
+
+
+def _never(place: str, at: int) -> str:
+    return f"{NEVER}{zlib.crc32(f'{place} {at}'.encode()):x}"
+
+
+def _binding(found: re.Match[str]) -> str:
+    """The declaration of a variable: without its binding, which becomes an equation, if there are complex numbers."""
+    if not re.search(r"\bComplex", f"{found['type']} {found['value']}"):
+        return found[0]
+    return f"{found['head']}{found['rest']} equation {found['name']} = {found['value']}; public"
+
+
+def _parameter(found: re.Match[str], place: str) -> str:
+    """The declaration of a complex parameter, with its value hidden."""
+    name = _never(place, found.start())
+    value = f"if {name} then {found['value']} else Complex(0)"
+    return f"{found['space']}final parameter Boolean {name} = false; {found['head']}{value}{found['rest']}"
+
+
+def _section(text: str, plain: str, at: int, never: str) -> tuple[list[str], int]:
+    """The pieces of an equation section that begins at `at`, and its end."""
+    pieces, whens = [], 0
+    while True:
+        begin = at + re.compile(r"\s*").match(plain, at).end() - at  # pyright: ignore[reportOptionalMemberAccess]
+        pieces.append(text[at:begin])
+        at = begin
+        if block := _BLOCK.match(plain, at):
+            end = _keyword(plain, at, _OPENED[block[1]])
+            whens += block[1] == "when"
+        elif other := _PLAIN.match(plain, at):
+            end = other.end()
+            whens -= "when" in other[0]
+        elif at == len(plain) or _OTHER.match(plain, at):
+            return pieces, at
+        else:
+            end = statement_end(plain, at)
+            pieces.append(text[at:end] if whens else _equation(text[at:end], plain[at:end], never))
+            at = end
+            continue
+        pieces.append(text[at:end])
+        at = end
+
+
+def _keyword(plain: str, at: int, word: str) -> int:
+    """The end of the first such word outside of brackets."""
+    depth = 0
+    for token in re.compile(rf"[(\[{{]|[)\]}}]|\b{word}\b").finditer(plain, at):
+        depth += (token[0] in "([{") - (token[0] in ")]}")
+        if depth == 0 and token[0] == word:
+            return token.end()
+    return len(plain)
+
+
+def _equation(text: str, plain: str, never: str) -> str:
+    """One statement of an equation section, hidden if it is an equation."""
+    equals = _top_level(plain, _EQUALS)
+    if equals is None or re.match(r"annotation\b", plain):
+        return text
+    comment = _COMMENT.search(plain[:-1], equals + 1)
+    last = len(plain) - 1 if comment is None else comment.start()
+    left, right = text[:equals].rstrip(), text[equals + 1 : last].strip()
+    state = _STATE.search(plain)
+    carrier = re.sub(r"\s", "", state[0]) if state else "0.0"
+    gap = "\n" * (text[:last].count("\n") - left.count("\n") - right.count("\n"))
+    return (
+        f"if true then {carrier} = if {never} then ndims({{{left}, {right}}}) else {carrier}{gap}{text[last:]} end if;"
+    )
+
+
+def _top_level(plain: str, pattern: re.Pattern[str]) -> int | None:
+    depth = 0
+    for token in re.compile(rf"[(\[{{]|[)\]}}]|{pattern.pattern}").finditer(plain):
+        if token[0] in "([{":
+            depth += 1
+        elif token[0] in ")]}":
+            depth -= 1
+        elif depth == 0:
+            return token.start()
+    return None
+
+
+def shown(content: dict[str, Any]) -> dict[str, Any]:
+    """The flat model with the equations put back, and without the parameters that hid them."""
+    shown = _shown(content)
+    for part in ("variables", "variable_type_names", "variable_final_flags"):
+        shown[part] = {name: value for name, value in shown[part].items() if not _is_never(name)}
+    return shown
+
+
+def _shown(node: Any) -> Any:
+    if isinstance(node, list):
+        return [_shown(item) for item in node]
+    if not isinstance(node, dict):
+        return node
+    if (sides := _sides(node.get("Binary"))) is not None:
+        left, right = (_shown(side) for side in sides)
+        return {"Binary": {"op": "Sub", "lhs": left, "rhs": right, "span": node["Binary"]["span"]}}
+    if (value := _branch(node)) is not None:
+        return _shown(value)
+    return {key: _shown(value) for key, value in node.items()}
+
+
+def _sides(binary: Any) -> list[Any] | None:
+    """The two sides of a hidden equation; None for anything else."""
+    value = binary and binary["op"] == "Sub" and _branch(binary["rhs"])
+    return value["BuiltinCall"]["args"][0]["Array"]["elements"] if value else None
+
+
+def _branch(node: Any) -> Any:
+    """The hidden branch of an `if`; None for anything else."""
+    branches = node["If"].get("branches") if isinstance(node, dict) and isinstance(node.get("If"), dict) else None
+    if not branches or "VarRef" not in branches[0][0] or not _is_never(branches[0][0]["VarRef"]["name"]["name"]):
+        return None
+    return branches[0][1]
+
+
+def _is_never(name: str) -> bool:
+    return name.rpartition(".")[2].startswith(NEVER)

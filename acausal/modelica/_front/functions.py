@@ -1,0 +1,78 @@
+"""Functions whose bodies the last pass of rumoca refuses, hidden from it.
+
+This pass does not look into the branches of an `if` that are never run. The body goes into a function of its own, which
+is only called there; the other branch calls an external function without a body. So nothing evaluates the function in
+the front end. The flat model holds the true body, which `shown` puts back.
+"""
+
+import json
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from .scan import masked
+
+BODY, OUTSIDE = "acausalBody", "acausalOutside"
+_CALLED = re.compile(rf'"name": "([\w.]*\b{BODY}_\w+)"')
+_FUNCTION = re.compile(r"(?<!operator )\bfunction\s+(\w+)\b(?!\s*=)(?!\s*extends\s+\w)")
+_SECTION = re.compile(r"(?<![\w.])(algorithm|external)(?!\w)")
+_END = re.compile(r"(?<![\w.])annotation\b")
+_BRACKETS = 4 * (r"\([^()]*\)", r"\[[^\[\]]*\]", r"\{[^{}]*\}")
+_FORMAL = re.compile(r"\b(input|output)\s+[\w.]+\s+(\w+[^;]*);")
+ALL = ("*",)
+
+
+def hidden(text: str, names: Sequence[str], place: str) -> str:
+    """The text with the bodies of some functions hidden, or of all, under names that hold `place`, which no other text
+    has.
+    """
+    known = _FUNCTION.findall(masked(text))
+    for name in [name for name in known if known.count(name) == 1] if tuple(names) == ALL else names:
+        text = _hidden(text, name, place)
+    return text
+
+
+def _hidden(text: str, name: str, place: str) -> str:
+    """The text with the body of one function hidden; as it is if this function is external or has no results."""
+    plain = masked(text)
+    begin = re.search(rf"\bfunction\s+{name}\b", plain)
+    if begin is None or (end := re.compile(rf"\bend\s+{name}\s*;").search(plain, begin.end())) is None:
+        return text
+    section = list(_SECTION.finditer(plain, begin.end(), end.start()))
+    if not section or section[-1][0] == "external":
+        return text
+    notes = list(_END.finditer(plain, section[-1].end(), end.start()))
+    last = notes[-1].start() if notes else end.start()
+    head, body = text[begin.end() : section[-1].start()], text[section[-1].end() : last]
+    formals = _formals(plain[begin.end() : section[-1].start()])
+    inputs, outputs = (", ".join(other for kind, other in formals if kind == which) for which in ("input", "output"))
+    if not outputs:
+        return text
+    inner, outside = f"{BODY}_{place}_{name}", f"{OUTSIDE}_{place}_{name}"
+    arguments = ", ".join(other for _, other in formals)
+    new = f"""function {name}{head}
+protected
+  function {inner}{head} algorithm {body} end {inner};
+  pure function {outside}{head} external "C" {outside}({arguments}); end {outside};
+algorithm
+  if false then ({outputs}) := {inner}({inputs}); else ({outputs}) := {outside}({inputs}); end if;
+  """
+    return text[: begin.start()] + new + text[last:]
+
+
+def _formals(head: str) -> list[tuple[str, str]]:
+    """The kinds and names of the arguments in the head of a function, without strings and comments."""
+    head = re.sub(r"\bfunction\s+(\w+)\b.*?\bend\s+\1\s*;", "", head, flags=re.S)  # of functions inside of it
+    for pattern in _BRACKETS:
+        head = re.sub(pattern, "", head)
+    return [(kind, name.split()[0]) for kind, names in _FORMAL.findall(head) for name in names.split(",")]
+
+
+def shown(content: dict[str, Any]) -> dict[str, Any]:
+    """The flat model with the bodies put back."""
+    functions = content["functions"]
+    added = {name for name in functions if name.rpartition(".")[2].startswith((BODY, OUTSIDE))}
+    for name in functions.keys() - added:
+        for called in _CALLED.findall(json.dumps(functions[name]["body"])):
+            functions[name] |= {part: functions[called][part] for part in ("body", "locals")}
+    return {**content, "functions": {name: functions[name] for name in functions if name not in added}}
