@@ -3,6 +3,7 @@
 import dataclasses
 from collections import ChainMap
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any, Protocol
 
 import jax
@@ -12,6 +13,7 @@ import numpy as np
 from ..._declare.ifelse import held_relation
 from ..._errors import ModelError
 from .._syntax import expressions as e
+from .branches import choose
 from .builtins import FUNCTIONS
 from .terms import Opaque, Rate, RecordOf, Slot
 from .values import Value, is_known, number, plain, power, product, select, stacked
@@ -41,12 +43,18 @@ class Point:
         return dataclasses.replace(self, holds=False)
 
     def knowing(self, **names: Value) -> "Point":
-        return dataclasses.replace(self, locals=ChainMap(names, self.locals))
+        return dataclasses.replace(self, locals=ChainMap(names, self.locals))  # pyright: ignore[reportArgumentType]
 
 
 def evaluate(x: Any, at: Point) -> Value:
     """The value of an expression. Raises `NotKnown` for a name that has none."""
     return _BY_CLASS[type(x)](x, at)
+
+
+def _first(x: Any, at: Point) -> Value:
+    """The value of an expression inside another one: of several results of a function the first one."""
+    value = evaluate(x, at)
+    return value[0] if isinstance(value, tuple) else value
 
 
 def _slot(x: Slot, at: Point) -> Value:
@@ -133,7 +141,7 @@ def _binary(x: e.Binary, at: Point) -> Value:
         return _relation(x, at)
     if x.op not in _NUMERIC:
         raise ModelError(f"the operator {x.op} is not supported.")
-    a, b = evaluate(x.left, at), evaluate(x.right, at)
+    a, b = _first(x.left, at), _first(x.right, at)
     if isinstance(a, dict):
         return _record_operation(x.op, a, b)
     return _NUMERIC[x.op](a, b)
@@ -161,7 +169,7 @@ def _logic(x: e.Binary, at: Point) -> Value:
 
 
 def _relation(x: e.Binary, at: Point) -> Value:
-    a, b = evaluate(x.left, at), evaluate(x.right, at)
+    a, b = _first(x.left, at), _first(x.right, at)
     if x.op in ("Lt", "Le", "Gt", "Ge"):
         a, b = number(a), number(b)
     truth = _RELATIONS[x.op](a, b)
@@ -200,7 +208,7 @@ def parts_of(x: Any) -> list[Any]:
 
 
 def _unary(x: e.Unary, at: Point) -> Value:
-    value = evaluate(x.arg, at)
+    value = _first(x.arg, at)
     if x.op == "Not":
         return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
     if isinstance(value, dict):
@@ -209,21 +217,26 @@ def _unary(x: e.Unary, at: Point) -> Value:
 
 
 def _if(x: e.If, at: Point) -> Value:
-    pending: list[tuple[Value, Any]] = []
-    result: Value = None
-    for condition, value in x.branches:
+    for position, (condition, value) in enumerate(x.branches, 1):
         truth = evaluate(condition, at)
         if is_known(truth):
             if truth:
-                result = evaluate(value, at)
-                break
-        else:
-            pending.append((truth, evaluate(value, at)))
-    else:
-        result = evaluate(x.otherwise, at)
-    for truth, value in reversed(pending):
-        result = select(truth, value, result)
-    return result
+                return evaluate(value, at)
+            continue
+        rest = e.If(x.branches[position:], x.otherwise) if x.branches[position:] else x.otherwise
+        if at.holds or (_is_harmless(value) and _is_harmless(rest)):
+            return select(truth, evaluate(value, at), evaluate(rest, at))
+        return choose(truth, partial(evaluate, value, at), partial(evaluate, rest, at))
+    return evaluate(x.otherwise, at)
+
+
+def _is_harmless(x: Any) -> bool:
+    """Whether an expression and its derivatives are finite wherever its parts are."""
+    if isinstance(x, e.Binary) and x.op not in ("Add", "Sub", "Mul", "AddElem", "SubElem", "MulElem"):
+        return False
+    if isinstance(x, e.Call | e.Builtin | e.If | e.Comprehension):
+        return False
+    return all(_is_harmless(part) for part in parts_of(x))
 
 
 def _builtin(x: e.Builtin, at: Point) -> Value:
@@ -232,7 +245,7 @@ def _builtin(x: e.Builtin, at: Point) -> Value:
         return special(x.args, at)
     if x.name not in FUNCTIONS:
         raise ModelError(f"the function {x.name.lower()} is not supported.")
-    args = [evaluate(arg, at) for arg in x.args]
+    args = [_first(arg, at) for arg in x.args]
     return FUNCTIONS[x.name](*args)
 
 
@@ -282,7 +295,7 @@ _SPECIAL: dict[str, Callable[[Sequence[Any], Point], Value]] = {
 
 
 def _array(x: e.ArrayOf, at: Point) -> Value:
-    values = [evaluate(item, at) for item in x.elements]
+    values = [_first(item, at) for item in x.elements]
     if x.kind == "array":
         return stacked([number(v) if any(not is_known(w) for w in values) else v for v in values])
     xp = np if all(is_known(value) for value in values) else jnp
@@ -307,14 +320,14 @@ def _range(x: e.Range, at: Point) -> Value:
 
 
 def _field(x: e.Field, at: Point) -> Value:
-    base = evaluate(x.base, at)
+    base = _first(x.base, at)
     if not isinstance(base, dict) or x.name not in base:
         raise NotKnown(x.name)
     return base[x.name]
 
 
 def _call(x: e.Call, at: Point) -> Value:
-    results = at.functions.call(x.name, [evaluate(arg, at) for arg in x.args])
+    results = at.functions.call(x.name, [_first(arg, at) for arg in x.args])
     return results[0] if len(results) == 1 else results
 
 
@@ -342,7 +355,7 @@ _BY_CLASS: dict[type, Callable[[Any, Point], Value]] = {
     e.Range: _range,
     e.TupleOf: _tuple,
     e.Field: _field,
-    e.Subscript: lambda x, at: subscripted(evaluate(x.base, at), x.subs, at),
+    e.Subscript: lambda x, at: subscripted(_first(x.base, at), x.subs, at),
     e.Text: _text,
     Slot: _slot,
     Rate: lambda x, at: at.rates[x.number],

@@ -4,16 +4,20 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
+from ..._tracing import is_traced
 from .._syntax import expressions as e
 from .._syntax.flat import Formal, Function
+from .branches import put, taken
 from .evaluate import NotKnown, Point, evaluate
 from .external import BY_NAME, EXTERNAL
+from .programs import Program, hashable, is_large
 from .statements import execute
-from .values import Value
+from .values import Value, is_known
 
 _ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}
 
@@ -24,6 +28,7 @@ class Library:
 
     functions: Mapping[str, Function]
     constants: Mapping[str, Value] = dataclasses.field(default_factory=dict)
+    programs: dict[Any, Program] = dataclasses.field(default_factory=dict, compare=False)
 
     def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]:
         """The results of a function, from arguments by position."""
@@ -43,6 +48,21 @@ class Library:
         names = self._given(function, args)
         if function.is_constructor or (not function.body and not function.outputs):
             return (dict(names),)
+        return self._once(function, names) if is_large(function) else self._results(function, names)
+
+    def _once(self, function: Function, names: dict[str, Value]) -> tuple[Value, ...]:
+        """The results of a function that is traced once for each shape of its arguments."""
+        arrays: list[jax.Array] = []
+        inputs = taken(names, arrays)
+        if not any(is_traced(array) for array in arrays):
+            return self._results(function, names)
+        key = (function.name, hashable(inputs), *((array.dtype, array.shape) for array in arrays))
+        if key not in self.programs:
+            self.programs[key] = Program(function.name, lambda values: self._results(function, put(inputs, values)))
+        return self.programs[key](arrays)
+
+    def _results(self, function: Function, given: dict[str, Value]) -> tuple[Value, ...]:
+        names = dict(given)
         at = Point(self, locals=self.constants)
         for formal in (*function.outputs, *function.locals):
             names[formal.name] = self._initial(formal, at.knowing(**names))
@@ -54,7 +74,7 @@ class Library:
         at = Point(self, locals=self.constants)
         for position, formal in enumerate(function.inputs):
             if position < len(args):
-                names[formal.name] = args[position]
+                names[formal.name] = _without_derivative(args[position]) if formal.type == "Integer" else args[position]
             elif formal.default is not None:
                 names[formal.name] = evaluate(formal.default, at.knowing(**names))
             else:
@@ -81,6 +101,10 @@ class Library:
             return {}
         at = Point(self, locals=self.constants)
         return {item.name: self._initial(item, at) for item in constructor.inputs}
+
+
+def _without_derivative(value: Value) -> Value:
+    return value if is_known(value) else jax.lax.stop_gradient(value)
 
 
 def _as_tuple(value: Any) -> tuple[Value, ...]:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
+from .branches import Failed, choose
 from .evaluate import NotKnown, Point, _index, evaluate
 from .values import Value, is_known, plain, select
 
@@ -50,13 +51,13 @@ def _here(names: Names, at: Point) -> Point:
 
 
 def check(statement: e.Assert, at: Point) -> None:
-    """Raises `ModelError` for an assertion that is known to be violated."""
+    """Raises `Failed` for an assertion that is known to be violated."""
     try:
         truth = evaluate(statement.condition, at)
     except NotKnown:
         return
     if is_known(truth) and not truth and not statement.is_warning:
-        raise ModelError(f"assertion failed: {evaluate(statement.message, at)}")
+        raise Failed(f"assertion failed: {evaluate(statement.message, at)}")
 
 
 def _assign(statement: e.Assign, names: Names, at: Point) -> None:
@@ -126,19 +127,30 @@ def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at:
         status = execute(body if truth else otherwise, names, at)
         return None if status == "on" else status
     takes_rest = _leaves(body) or _leaves(otherwise)
-    first, second = dict(names), dict(names)
-    if not takes_rest:
-        execute(body, first, at)
-        execute(otherwise, second, at)
-        merge(truth, first, second, names)
-        return None
-    ends = []
-    for branch, own in ((body, first), (otherwise, second)):
+
+    def side(branch: Sequence[e.Statement]) -> tuple[Names, Status]:
+        own = dict(names)
         status = execute(branch, own, at)
-        ends.append(execute(rest, own, at) if status == "on" else status)
-    merge(truth, first, second, names)
-    if ends[0] != ends[1] and "break" in ends:
+        return own, execute(rest, own, at) if takes_rest and status == "on" else status
+
+    if at.holds:
+        (first, one), (second, other) = side(body), side(otherwise)
+        merge(truth, first, second, names)
+        ends = (one, other)
+    else:
+        found: list[Status] = []
+
+        def values(branch: Sequence[e.Statement]) -> Names:
+            own, status = side(branch)
+            found.append(status)
+            return own
+
+        names.update(choose(truth, lambda: values(body), lambda: values(otherwise)))
+        ends = tuple(found)
+    if len(set(ends)) > 1 and "break" in ends:
         raise ModelError("a `break` under a condition that is unknown before a run is not supported.")
+    if not takes_rest:
+        return None
     return "return" if "return" in ends else ends[0]
 
 
@@ -181,20 +193,61 @@ def _while(statement: e.While, names: Names, at: Point) -> Status:
 
 def _traced_while(statement: e.While, names: Names, at: Point) -> Status:
     """A loop whose condition is unknown before a run. Its names keep their types."""
-    moving = [name for name, value in names.items() if isinstance(value, int | float | np.ndarray | jax.Array)]
 
-    def merged(state: list[Any]) -> Names:
-        return {**names, **dict(zip(moving, state, strict=True))}
-
-    def goes_on(state: list[Any]) -> Any:
-        return jnp.asarray(evaluate(statement.condition, _here(merged(state), at)))
-
-    def step(state: list[Any]) -> list[Any]:
-        inner = merged(state)
+    def step(state: Names) -> Names:
+        inner = {**names, **state}
         if execute(statement.body, inner, at) != "on":
             raise ModelError("a `break` or `return` in a while loop of unknown length is not supported.")
-        return [jnp.asarray(inner[name], old.dtype) for name, old in zip(moving, state, strict=True)]
+        return {name: value for name, value in inner.items() if value is not names.get(name) or name in state}
 
-    start = [jnp.asarray(names[name], bool if isinstance(names[name], bool) else float) for name in moving]
-    names.update(zip(moving, jax.lax.while_loop(goes_on, step, start), strict=True))
+    def goes_on(state: Names) -> Any:
+        return jnp.asarray(evaluate(statement.condition, _here({**names, **state}, at)))
+
+    start: Names = {}
+    while True:
+        shapes = jax.eval_shape(lambda state: jax.tree.map(jnp.asarray, step(state)), start)
+        if start.keys() == shapes.keys():
+            break
+        start = _carried(names, shapes)
+
+    def turn(state: Names) -> Names:
+        return jax.tree.map(lambda old, new: jnp.asarray(new, old.dtype), state, step(state))
+
+    most = _most_turns(statement, names, at)
+    if most is None:
+        names.update(jax.lax.while_loop(goes_on, turn, start))
+        return "on"
+
+    def perhaps(state: Names, _: None) -> tuple[Names, None]:
+        return jax.lax.cond(goes_on(state), turn, lambda old: old, state), None
+
+    # A loop of known length can be differentiated in reverse mode.
+    names.update(jax.lax.scan(perhaps, start, None, length=most)[0])
     return "on"
+
+
+def _carried(names: Names, shapes: Names) -> Names:
+    """The names that a loop changes, as arrays."""
+
+    def array(value: Value, like: Any) -> jax.Array:
+        return jnp.broadcast_to(jnp.asarray(value, bool if like.dtype == bool else float), like.shape)
+
+    return {name: jax.tree.map(array, names[name], like) for name, like in shapes.items()}
+
+
+def _most_turns(statement: e.While, names: Names, at: Point) -> int | None:
+    """The largest number of turns of a loop that counts: `while i < n and ...` with `i := i + 1`."""
+    for relation in _conjuncts(statement.condition):
+        if isinstance(relation, e.Binary) and relation.op in ("Lt", "Le") and isinstance(relation.left, e.Ref):
+            counter, first = relation.left, names.get(relation.left.name)
+            counts = e.Assign((e.Target(counter.name),), e.Binary("Add", counter, e.Const(1)))
+            last = evaluate(relation.right, _here(names, at))
+            if counts in statement.body and isinstance(first, int) and isinstance(last, int):
+                return max(last - first + (relation.op == "Le"), 0)
+    return None
+
+
+def _conjuncts(condition: e.Expression) -> list[e.Expression]:
+    if isinstance(condition, e.Binary) and condition.op == "And":
+        return _conjuncts(condition.left) + _conjuncts(condition.right)
+    return [condition]

@@ -71,12 +71,11 @@ def power(a: Value, b: Value) -> Value:
     if np.ndim(a) == 2 and is_known(b):
         return np.linalg.matrix_power(a, int(b)) if is_known(a) else jnp.linalg.matrix_power(a, int(b))
     b = plain(b)
-    if isinstance(b, int | float) and not isinstance(b, bool) and float(b).is_integer() and abs(b) < 1024:
-        if is_known(a):
-            return plain(np.power(float(a) if np.ndim(a) == 0 else np.asarray(a, float), int(b) * 1.0))
+    if not is_known(a) and isinstance(b, int | float) and float(b).is_integer() and abs(b) < 1024:
         return jnp.asarray(a, float) ** int(b)
     if is_known(a) and is_known(b):
-        return plain(np.power(a, b))
+        with np.errstate(all="ignore"):
+            return plain(np.power(np.asarray(a, float), b))
     return jnp.power(a, b)
 
 
@@ -90,7 +89,8 @@ def function(known: Callable[..., Any], traced: Callable[..., Any]) -> Callable[
             except (ValueError, OverflowError, ZeroDivisionError):
                 return math.nan
         if all(is_known(arg) for arg in args):
-            return plain(np.asarray(traced(*args)))
+            with np.errstate(all="ignore"):
+                return plain(getattr(np, traced.__name__)(*args))
         return traced(*args)
 
     return call
