@@ -84,6 +84,8 @@ def subscripted(value: Value, subs: Sequence[Any], at: Point) -> Value:
     if isinstance(value, dict):
         return {name: subscripted(item, subs, at) for name, item in value.items()}
     index = tuple(_index(sub, value, axis, at) for axis, sub in enumerate(subs))
+    if any(isinstance(item, jax.Array) for item in index):
+        value = jnp.asarray(value)
     if any(isinstance(item, np.ndarray) for item in index) and len(index) > 1:
         for axis, item in reversed(list(enumerate(index))):
             value = value[(slice(None),) * axis + (item,)]

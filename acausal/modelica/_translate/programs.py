@@ -13,7 +13,7 @@ from .branches import put, taken
 from .evaluate import parts_of
 from .values import Value
 
-_LARGE = 60
+_LARGE = 30
 
 
 class Program:

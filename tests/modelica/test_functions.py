@@ -1,0 +1,213 @@
+"""Functions of Modelica texts: known and traced values agree, in both modes of differentiation."""
+
+import math
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from numpy.testing import assert_allclose
+
+from acausal import ModelError
+from acausal.modelica._front.flatten import flat_model
+from acausal.modelica._syntax.read import flat_model as read
+from acausal.modelica._translate.external import BY_NAME, EXTERNAL
+from acausal.modelica._translate.functions import Library
+
+pytest.importorskip("rumoca")
+
+TEXT = """
+model M
+  function root
+    input Real x;
+    output Real y;
+  algorithm
+    if x > 0 then
+      y := sqrt(x);
+    else
+      y := 0;
+    end if;
+  end root;
+  function logarithm
+    input Real x;
+    output Real y;
+  algorithm
+    y := if x > 1 then x*log(x - 1) else x;
+  end logarithm;
+  function checked
+    input Real x;
+    output Real y;
+  algorithm
+    y := x;
+    if x < 0 then
+      assert(false, "x is negative");
+    else
+      y := 3*x;
+    end if;
+  end checked;
+  function newton "the root of x by Newton's iteration"
+    input Real x;
+    output Real y;
+  protected
+    Integer i;
+    Boolean found;
+  algorithm
+    i := 0;
+    found := false;
+    y := x;
+    while i < 50 and not found loop
+      found := abs(y*y - x) < 1e-14*x;
+      y := (y + x/y)/2;
+      i := i + 1;
+    end while;
+  end newton;
+  function position "the first number of v above x"
+    input Real v[:];
+    input Real x;
+    output Integer i;
+  algorithm
+    i := 1;
+    while i < size(v, 1) and v[i] <= x loop
+      i := i + 1;
+    end while;
+  end position;
+  function two
+    input Real x;
+    output Real y;
+    output Real z;
+  algorithm
+    y := x;
+    z := x^2;
+  end two;
+  function horner "a polynomial"
+    input Real c[:];
+    input Real x;
+    output Real y;
+  algorithm
+    y := 0;
+    for k in 1:size(c, 1) loop
+      y := y*x + c[k];
+    end for;
+    y := y + two(x) - x;
+  end horner;
+  Real a = root(time) + logarithm(time) + checked(time) + newton(time + 1) + horner({1, 2, 3}, time);
+  Real b = position({1, 2, 3}, time);
+  Real c;
+  Real d;
+equation
+  (c, d) = two(time);
+end M;
+"""
+
+
+@pytest.fixture(scope="module")
+def library() -> Library:
+    flat = read(flat_model(TEXT, "M")[0], "M")
+    return Library(flat.functions, flat.enumerations)
+
+
+def value(library: Library, name: str, *args: object) -> Any:
+    (whole,) = (known for known in library.functions if known.rpartition(".")[2] == name)
+    return library.call(whole, args)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "x", "y", "slope"),
+    [
+        ("root", 4.0, 2.0, 0.25),
+        ("root", -4.0, 0.0, 0.0),
+        ("root", 0.0, 0.0, 0.0),
+        ("logarithm", 1.0, 1.0, 1.0),
+        ("logarithm", 3.0, 3.0 * math.log(2.0), math.log(2.0) + 1.5),
+        ("checked", 2.0, 6.0, 3.0),
+        ("newton", 9.0, 3.0, 1.0 / 6.0),
+    ],
+)
+def test_a_side_that_is_not_chosen_does_no_harm(library: Library, name: str, x: float, y: float, slope: float) -> None:
+    def f(x: jax.Array) -> jax.Array:
+        return jnp.asarray(value(library, name, x), float)
+
+    assert_allclose(value(library, name, x), y)
+    assert_allclose(jax.jit(f)(x), y)
+    assert_allclose(jax.jit(jax.grad(f))(x), slope, atol=1e-12)
+    assert_allclose(jax.jit(jax.jacfwd(f))(x), slope, atol=1e-12)
+
+
+def test_a_violated_assertion_is_an_error_or_not_a_number(library: Library) -> None:
+    with pytest.raises(ModelError, match="assertion failed: x is negative"):
+        value(library, "checked", -1.0)
+    assert jnp.isnan(jax.jit(lambda x: value(library, "checked", x))(-1.0))
+
+
+def test_loops_count_to_an_unknown_place(library: Library) -> None:
+    v = np.array([1.0, 2.0, 5.0])
+    assert [value(library, "position", v, x) for x in (0.5, 1.0, 9.0)] == [1, 2, 3]
+    traced = jax.jit(lambda x: value(library, "position", v, x))
+    assert [int(traced(x)) for x in (0.5, 1.0, 9.0)] == [1, 2, 3]
+
+
+def test_a_polynomial_is_differentiable_by_its_coefficients(library: Library) -> None:
+    c = jnp.array([1.0, 2.0, 3.0])
+    assert value(library, "horner", np.asarray(c), 2.0) == 11.0
+    assert_allclose(jax.jit(jax.grad(lambda c: value(library, "horner", c, 2.0)))(c), [4.0, 2.0, 1.0])
+
+
+def test_a_large_function_is_traced_once(library: Library) -> None:
+    library.programs.clear()
+    program = jax.make_jaxpr(lambda x, y: value(library, "newton", x) + value(library, "newton", y))(1.0, 2.0)
+    assert [key[0].rpartition(".")[2] for key in library.programs] == ["newton"]
+    assert [equation.primitive.name for equation in program.eqns].count("jit") == 2
+
+
+def test_random_numbers_are_those_of_the_published_generators() -> None:
+    """One step of xorshift64* and xorshift128+ from a small state, in whole numbers of Python."""
+    mask = 2**64 - 1
+    x = 5 + (7 << 32)
+    x ^= x >> 12
+    x ^= (x << 25) & mask
+    x ^= x >> 27
+    x = x * 2685821657736338717 & mask
+    y, state = EXTERNAL["ModelicaRandom_xorshift64star"](np.array([5, 7]))
+    signed = x - 2**64 if x >= 2**63 else x
+    assert_allclose(y, signed / 2**64 + 0.5, rtol=1e-15)
+    assert [int(half) & 0xFFFFFFFF for half in state] == [x & 0xFFFFFFFF, x >> 32]
+    for name, length in (("64star", 2), ("128plus", 4), ("1024star", 33)):
+        generator = EXTERNAL[f"ModelicaRandom_xorshift{name}"]
+        start = np.arange(3, 3 + length)
+        y, state = generator(start)
+        traced_y, traced_state = jax.jit(generator)(start.astype(float))
+        assert traced_y == y
+        assert np.array_equal(traced_state, state)
+    with pytest.raises(ModelError, match="impureRandom is not supported"):
+        EXTERNAL["ModelicaRandom_impureRandom_xorshift1024star"](1)
+
+
+def test_strings_are_compared_and_scanned() -> None:
+    compare = EXTERNAL["ModelicaStrings_compare"]
+    assert [compare("a", "b"), compare("a", "A", False), compare("b", "a")] == [1, 2, 3]
+    assert EXTERNAL["ModelicaStrings_substring"]("table", 2, 3) == "ab"
+    assert EXTERNAL["ModelicaStrings_skipWhiteSpace"]("  x") == 3
+    assert EXTERNAL["ModelicaStrings_scanReal"](" -1.5e2 x") == (8, -150.0)
+    assert EXTERNAL["ModelicaStrings_scanInteger"]("12.5") == (1, 0)
+    assert EXTERNAL["ModelicaStrings_scanIdentifier"](" a_1+") == (5, "a_1")
+
+
+def test_linear_algebra_has_the_results_of_lapack() -> None:
+    a, b = np.array([[2.0, 1.0], [0.0, 4.0]]), np.array([4.0, 8.0])
+    assert_allclose(EXTERNAL["dgesv_vec"](a, b)[0], [1.0, 2.0])
+    assert_allclose(jax.jit(lambda a: EXTERNAL["dgesv_vec"](a, b)[0])(a), [1.0, 2.0])
+    real, imaginary, vectors, info = EXTERNAL["dgeev"](np.array([[0.0, 1.0], [-1.0, 0.0]]))
+    assert_allclose([real, imaginary], [[0.0, 0.0], [1.0, -1.0]], atol=1e-15)
+    assert_allclose(np.abs(vectors[:, 0] + 1j * vectors[:, 1]), [math.sqrt(0.5)] * 2)
+    assert info == 0
+    assert_allclose(EXTERNAL["dgesvd_sigma"](a)[0][0] ** 2, np.linalg.eigvalsh(a.T @ a)[-1])
+    assert_allclose(BY_NAME["Modelica.Math.Matrices.det"](a), 8.0)
+
+
+def test_a_transform_of_a_sine_has_one_line() -> None:
+    signal = 2.0 * np.sin(2.0 * np.pi * np.arange(10) / 10)
+    info, amplitudes, phases = EXTERNAL["ModelicaFFT_kiss_fftr"](signal)
+    assert info == 0
+    assert_allclose(amplitudes, [0.0, 10.0 / 6.0, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
+    assert_allclose(phases[1], -np.pi / 2)
