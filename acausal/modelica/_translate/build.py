@@ -9,14 +9,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..._declare.component import EquationGroup, Events, Follow, Started, at, refuse, when
+from ..._declare.component import At, EquationGroup, Events, Follow, Started, When, at, refuse, when
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
+from .clocks import without_clocks
 from .evaluate import NotKnown, Point, evaluate
+from .forms import Form, Residual, Section, as_numbers, form_class
 from .guesses import propagate
-from .forms import Form, Residual, Section, form_class
 from .known import Known, is_external, shaped
 from .leaves import Leaf, kind_of, known_unit
 from .model import ModelicaModel
@@ -49,6 +50,7 @@ class _Group:
 class _Build:
     def __init__(self, flat: FlatModel) -> None:
         self.original = flat
+        flat, self.clocked = without_clocks(flat)
         lowered = Lowering(flat).lower()
         self.flat = dataclasses.replace(flat, variables={**flat.variables, **lowered.variables})
         self.lowered: Lowered = lowered
@@ -74,6 +76,9 @@ class _Build:
         events = self._events()
         self._drop_unused()
         propagate(self.groups, self.leaves, self.known.library)
+        for leaf in self.leaves.values():
+            if leaf.role == "var" and leaf.is_discrete:
+                leaf.value = None  # the start value of a discrete variable is that of its `pre`
         root = tree(
             [*self.leaves.values(), *self.previous.of.values()], ModelicaModel, _class_name(self.flat.name), events
         )
@@ -114,6 +119,10 @@ class _Build:
                 self.leaves[variable.name] = self._variable(variable)
         self._parameters(waiting)
         self._late_starts()
+        for name in self.clocked.stored:
+            leaf = self.leaves[name]
+            leaf.role = "discrete"
+            leaf.value = jnp.full(leaf.dims, leaf.guess) if leaf.value is None else leaf.value
         for variable in list(self.flat.variables.values()):
             leaf = self.leaves.get(variable.name)
             if leaf is not None and leaf.role == "var" and variable.binding is not None:
@@ -278,7 +287,12 @@ class _Build:
         return variable is not None and (variable.type == "String" or 0 in variable.dims)
 
     def _add(self, form: Form, slots: Slots, path: str, is_initial: bool, name: str) -> None:
-        key = (form, is_initial, name, tuple((s.role, s.dims, s.kind, s.is_discrete, s.is_positive) for s in slots.leaves))
+        key = (
+            form,
+            is_initial,
+            name,
+            tuple((s.role, s.dims, s.kind, s.is_discrete, s.is_positive) for s in slots.leaves),
+        )
         group = self.groups.get(key)
         if group is None:
             group = self.groups[key] = _Group()
@@ -303,7 +317,9 @@ class _Build:
                 before = e.Builtin("Zeros", tuple(e.Const(n) for n in leaf.dims))
             outputs.append((name, slot, before))
         if outputs:
-            self._add(Section(body, tuple(outputs)), slots, algorithm.component, False, _where(algorithm.place, "algorithm"))
+            self._add(
+                Section(body, tuple(outputs)), slots, algorithm.component, False, _where(algorithm.place, "algorithm")
+            )
 
     def _equation_groups(self, places: dict[str, int]) -> list[EquationGroup]:
         found = []
@@ -346,6 +362,9 @@ class _Build:
         for sample in self.lowered.samples:
             (start, interval), paths = stated(sample.ticks, _held(sample.start), _held(sample.interval))
             found.append(("sample", sample.ticks, (start, interval), paths))
+        for tick in self.clocked.ticks:
+            terms, paths = stated(tick.kind, *(() if tick.of is None else (tick.of,)), *tick.changes.values())
+            found.append((tick.kind, tuple(tick.changes), [as_numbers(terms[0]), *terms[1:]], paths))
         for i, reset in enumerate(self.lowered.resets):
             terms, paths = stated(f"reinit_{i}", e.Ref(reset.active), reset.value)
             found.append(("reset", reset.state, terms, paths))
@@ -369,7 +388,11 @@ class _Build:
             made: dict[str, Any] = {}
             for number_of, (kind, target, terms, paths) in enumerate(found):
                 values = Point(library, [value_at(self, path) for path in paths])
-                first, second = (evaluate(term, values) for term in terms)
+                found_values = [evaluate(term, values) for term in terms]
+                if kind in ("at", "when", "started"):
+                    made[f"_{kind}_{number_of}"] = _tick_event(kind, target, found_values)
+                    continue
+                first, second = found_values
                 if kind == "sample":
                     ticks = attribute_path(target)
                     made[f"_{target}"] = at(first, every=second, **{ticks: value_at(self, ticks) + 1.0})
@@ -433,6 +456,18 @@ def _nested(values: Any) -> Any:
 
 def _nested_row(row: Any) -> Any:
     return tuple(_nested_row(item) for item in row) if isinstance(row, list) else float(row)
+
+
+def _tick_event(kind: str, names: Sequence[str], values: Sequence[Value]) -> At | When | Started:
+    """The event at the ticks of clocks: the values are the time or condition, if any, and those of the variables."""
+    new = (jnp.asarray(number(value), float) for value in values[-len(names) :])
+    changes: dict[str, Any] = dict(zip((attribute_path(name) for name in names), new, strict=True))
+    if kind == "started":
+        return Started(changes)
+    if kind == "at":
+        return at(values[0], **changes)
+    condition = jnp.asarray(values[0])
+    return when(condition if condition.dtype == bool else condition > 0.5, **changes)
 
 
 def _held(x: Any) -> Any:

@@ -41,7 +41,7 @@ class Known(Mapping[str, Value]):
         """Make all real parameters that an expression reads known."""
         for name in names_in(x):
             branch = self.tree.find(split(name))
-            for variable in _variables(branch):
+            for variable in variables_in(branch):
                 if variable.variability == "parameter" and variable.name not in self.structural:
                     self.structural.add(variable.name)
                     for inner in (variable.binding, variable.start):
@@ -61,7 +61,7 @@ class Known(Mapping[str, Value]):
     def _reads_known(self, variable: Variable) -> bool:
         """Whether the binding of a parameter reads known values only."""
         stated = variable.start if variable.binding is None else variable.binding
-        read = [v for name in names_in(stated) for v in _variables(self.tree.find(split(name)))] if stated else []
+        read = [v for name in names_in(stated) for v in variables_in(self.tree.find(split(name)))] if stated else []
         return all(self.has(other) for other in read)
 
     def value(self, x: Any, **names: Value) -> Value:
@@ -119,7 +119,7 @@ class Known(Mapping[str, Value]):
             except NotKnown as missing:
                 raise KeyError(name) from missing
         branch = self.tree.find(split(name))
-        if not all(self.has(variable) for variable in _variables(branch)):
+        if not all(self.has(variable) for variable in variables_in(branch)):
             raise KeyError(name)
         return self._whole(branch, name)
 
@@ -172,12 +172,13 @@ def names_in(x: Any) -> Iterator[str]:
         yield from names_in(part)
 
 
-def _variables(branch: Any) -> Iterator[Variable]:
+def variables_in(branch: Any) -> Iterator[Variable]:
+    """The variables in a branch of the tree of variables."""
     if isinstance(branch, list):
         for item in branch:
-            yield from _variables(item)
+            yield from variables_in(item)
     elif branch is not None:
         if branch.variable is not None:
             yield branch.variable
         for inner in (*branch.parts.values(), *branch.members.values()):
-            yield from _variables(inner)
+            yield from variables_in(inner)

@@ -28,7 +28,7 @@ class Slots:
         if leaf.path not in self._places:
             self._places[leaf.path] = len(self.leaves)
             self.leaves.append(leaf)
-        return Slot(self._places[leaf.path], leaf.kind, leaf.is_discrete)
+        return Slot(self._places[leaf.path], leaf.kind, leaf.is_discrete or leaf.role == "param")
 
 
 @dataclasses.dataclass
@@ -157,7 +157,7 @@ class _Resolution:
 
     def _builtin(self, x: e.Builtin) -> Any:
         match x.name:
-            case "Pre" | "Previous":
+            case "Pre":
                 return self._pre(x.args[0])
             case "Edge":
                 return e.Binary("And", self.term(x.args[0]), e.Unary("Not", self._pre(x.args[0])))

@@ -1,0 +1,165 @@
+"""The clocks of the equations of a flat model."""
+
+import itertools
+from collections.abc import Hashable, Iterator
+from fractions import Fraction
+from typing import Any
+
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .._syntax.flat import FlatModel
+from .clock_partitions import Base, Clock, Partitions
+from .evaluate import NotKnown, parts_of
+from .known import Known, variables_in
+from .paths import split
+
+CONVERSIONS = {
+    "SubSample": "subSample",
+    "SuperSample": "superSample",
+    "ShiftSample": "shiftSample",
+    "BackSample": "backSample",
+}
+OPERATORS = {"Clock", "Hold", "NoClock", "Previous", "Interval", "FirstTick", *CONVERSIONS}
+_LOGICAL = {"And", "Or", "Lt", "Le", "Gt", "Ge", "Eq", "Neq"}
+
+
+class Inference:
+    """The clocks of a flat model. Nodes of its partitions are names of variables, and numbers of expressions."""
+
+    def __init__(self, flat: FlatModel) -> None:
+        self.flat = flat
+        self.known = Known(flat)
+        self.partitions = Partitions()
+        self._numbers = itertools.count(1)
+        self._inner: dict[int, Hashable] = {}  # nodes of arguments, by the identity of the operator
+
+    # Expressions
+
+    def is_clock(self, x: Any) -> bool:
+        """Whether the value of an expression is a clock."""
+        match x:
+            case e.Ref():
+                variable = self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+                return variable is not None and variable.type == "Clock"
+            case e.If():
+                return self.is_clock(x.otherwise)
+            case e.Builtin():
+                return x.name == "Clock" or (x.name in CONVERSIONS and self.is_clock(x.args[0]))
+        return False
+
+    def is_clocked_sample(self, x: e.Builtin) -> bool:
+        return x.name == "Sample" and (len(x.args) == 1 or self.is_clock(x.args[1]))
+
+    def names(self, x: e.Ref) -> Iterator[str]:
+        """The variables that a reference names, without constants and parameters."""
+        base = x.name if x.name in self.flat.variables else x.name.rpartition("[")[0]
+        variable = self.flat.variables.get(base)
+        found = [variable] if variable else variables_in(self.known.tree.find(split(x.name)))
+        return (v.name for v in found if v.variability not in ("constant", "parameter"))
+
+    def read(self, x: Any, node: Hashable) -> None:
+        """Take up an expression of an equation: its variables have the clock of the node, as far as no operator
+        stands between.
+        """
+        partitions = self.partitions
+        if isinstance(x, e.Ref):
+            for name in self.names(x):
+                partitions.join(name, node)
+        if not isinstance(x, e.Builtin) or not (x.name in OPERATORS or self.is_clocked_sample(x)):
+            for part in parts_of(x):
+                self.read(part, node)
+            return
+        if x.name == "Sample":
+            self.read(x.args[0], partitions.fresh())
+            if len(x.args) == 2:
+                partitions.join(node, self.clock(x.args[1]))
+        elif x.name in ("Hold", "NoClock", *CONVERSIONS):
+            inner = self.inner(x)
+            partitions.mark(inner)
+            self.read(x.args[0], inner)
+            if x.name in CONVERSIONS:
+                self._relate(x, inner, node)
+        else:
+            for arg in x.args:
+                self.read(arg, node)
+        if x.name != "Hold":
+            partitions.mark(node)
+
+    def inner(self, x: e.Builtin) -> Hashable:
+        """The node of the argument of an operator that joins two clocks."""
+        if id(x) not in self._inner:
+            self._inner[id(x)] = self.partitions.fresh()
+        return self._inner[id(x)]
+
+    # Clocks
+
+    def clock(self, x: Any) -> Hashable:
+        """The node of an expression whose value is a clock."""
+        if isinstance(x, e.Ref):
+            return f"{x.name}[{','.join(str(self.known.value(sub)) for sub in x.subs)}]" if x.subs else x.name
+        if isinstance(x, e.If):
+            chosen = next((value for condition, value in x.branches if self.known.value(condition)), x.otherwise)
+            return self.clock(chosen)
+        node = self.partitions.fresh()
+        if x.name in CONVERSIONS:
+            self._relate(x, self.clock(x.args[0]), node)
+        elif x.args:
+            self._construct(x.args, node)
+        return node
+
+    def equal_clocks(self, left: Any, right: Any) -> None:
+        self.partitions.join(self.clock(left), self.clock(right))
+
+    def _construct(self, args: tuple[Any, ...], node: Hashable) -> None:
+        first, partitions = args[0], self.partitions
+        if self.is_clock(first):
+            partitions.join(node, self.clock(first))
+            partitions.give_solver(node, str(self.known.value(args[1])))
+        elif self._is_logical(first):
+            base = Base(next(self._numbers), args[1] if len(args) == 2 else e.Const(0.0), first)
+            partitions.give(node, Clock(base))
+        elif len(args) == 2:
+            count, resolution = self._whole(args[0]), self._whole(args[1])
+            partitions.give(node, Clock(Base(0, e.Const(1)), Fraction(count, resolution)))
+        elif (count := self._whole_or_none(first)) is not None:
+            partitions.give(node, Clock(Base(0, e.Const(1)), Fraction(count)))
+        else:
+            partitions.give(node, Clock(Base(next(self._numbers), first)))
+
+    def _is_logical(self, x: Any) -> bool:
+        match x:
+            case e.Ref():
+                variable = self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+                return variable is not None and variable.type == "Boolean"
+            case e.Binary():
+                return x.op in _LOGICAL
+            case e.Unary():
+                return x.op == "Not"
+            case e.If():
+                return self._is_logical(x.otherwise)
+            case e.Builtin():
+                return x.name in ("Edge", "Change", "Initial") or (x.name == "Hold" and self._is_logical(x.args[0]))
+        return False
+
+    def _relate(self, x: e.Builtin, of: Hashable, to: Hashable) -> None:
+        name, numbers = CONVERSIONS[x.name], [self._whole(arg) for arg in x.args[1:]]
+        factor, shift = Fraction(1), Fraction(0)
+        if name in ("subSample", "superSample"):
+            factor = None if not numbers or numbers[0] == 0 else Fraction(numbers[0])
+            factor = 1 / factor if factor and name == "superSample" else factor
+        else:
+            shift = Fraction(numbers[0], numbers[1] if len(numbers) == 2 else 1)
+        self.partitions.relate(of, to, factor, -shift if name == "backSample" else shift, name)
+
+    def _whole(self, x: Any) -> int:
+        found = self._whole_or_none(x)
+        if found is None:
+            raise ModelError("a factor or counter of a clock must be a whole number that parameters determine.")
+        return found
+
+    def _whole_or_none(self, x: Any) -> int | None:
+        try:
+            found = self.known.value(x)
+        except NotKnown:
+            return None
+        return found if isinstance(found, int) and not isinstance(found, bool) else None
