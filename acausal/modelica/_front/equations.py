@@ -1,10 +1,9 @@
 """Equations hidden from the last pass of rumoca, which refuses what its own solvers cannot run.
 
-It does not look into a branch of an `if` whose condition is a parameter that is false. So each equation section has
-such a parameter, and `a = b` is written as `0.0 = if parameter then ndims({a, b}) else 0.0`, where `ndims` stands for any
-function of arguments of any type. An `if true` around it keeps the pass from handling the equations of a loop as one.
-The flat model holds the branch, which `shown` turns into the equation again. Lines
-keep their numbers.
+It does not look into a branch of an `if` whose condition is a constant that is false. So each equation section has
+such a constant, and `a = b` is written as `0.0 = if constant then ndims({a, b}) else 0.0`, where `ndims` stands for
+any function of arguments of any type. An `if true` around it keeps the pass from handling the equations of a loop as
+one. The flat model holds the branch, which `shown` turns into the equation again. Lines keep their numbers.
 """
 
 import re
@@ -24,13 +23,15 @@ _COMPLEX = r"(?:Complex|(?:Modelica\.Units\.)?SI\.Complex\w+)"
 _REAL = r"(?:Real|(?:Modelica\.Units\.)?SI\.\w+)"
 _VALUE = r'(?P<value>[^;"]*?)(?P<rest>\s*(?:"[^"]*"[^;"]*)?;)'
 _BINDING = re.compile(
-    rf"^(?P<head>[ \t]*(?P<type>{_COMPLEX}|{_REAL})(?:\[[^\]]*\])?\s+(?P<name>\w+)(?:\[[^\]]*\])?\s*(?:\([^()]*\))?)"
+    rf"^(?P<head>[ \t]*(?:output\s+)?(?:{_COMPLEX}|{_REAL})(?:\[[^\]]*\])?"
+    r"\s+(?P<name>\w+)(?:\[[^\]]*\])?\s*(?:\([^()]*\))?)"
     rf"\s*=\s*{_VALUE}",
     re.M,
 )
 _PARAMETER = re.compile(
     rf"^(?P<space>\s*)(?P<head>(?:final\s+)?parameter\s+{_COMPLEX}\s+\w+\s*=\s*)(?!\s*Complex\s*\(){_VALUE}", re.M
 )
+_CLASS = re.compile(r"(?<![\w.])(model|block|function|record|package|connector|operator|type)\s+\w")
 _STATE = re.compile(r"\bder\(\s*[\w.]+(?:\[[^\[\]]*\])?\s*\)")
 _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
 
@@ -38,15 +39,17 @@ _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
 def hidden(text: str, place: str) -> str:
     """A text with its equations hidden, except those in when-equations, and with its complex bindings hidden.
 
-    `place` names the text: the parameters of different texts have different names.
+    `place` names the text: the constants of different texts have different names.
     """
-    text = _PARAMETER.sub(lambda found: _parameter(found, place), _BINDING.sub(_binding, text))
+    if re.search(r"\bComplex", masked(text)):
+        text = _without_bindings(text)
+        text = _PARAMETER.sub(lambda found: _parameter(found, place), text)
     plain = masked(text)
     pieces, at = [], 0
     for start in _START.finditer(plain):
         if start.start() >= at:
             name = _never(place, start.start())
-            pieces.append(f"{text[at : start.start()]}protected final parameter Boolean {name} = false; {start[0]}")
+            pieces.append(f"{text[at : start.start()]}protected constant Boolean {name} = false; {start[0]}")
             section, at = _section(text, plain, start.end(), name)
             pieces += section
     return "".join([*pieces, text[at:]])
@@ -56,18 +59,26 @@ def _never(place: str, at: int) -> str:
     return f"{NEVER}{zlib.crc32(f'{place} {at}'.encode()):x}"
 
 
-def _binding(found: re.Match[str]) -> str:
-    """The declaration of a variable: without its binding, which becomes an equation, if there are complex numbers."""
-    if not re.search(r"\bComplex", f"{found['type']} {found['value']}"):
-        return found[0]
-    return f"{found['head']}{found['rest']} equation {found['name']} = {found['value']}; public"
+def _without_bindings(text: str) -> str:
+    """A text with complex numbers: the bindings of variables of its models become equations."""
+    classes = [(found.start(), found[1]) for found in _CLASS.finditer(masked(text))]
+
+    def unbound(found: re.Match[str]) -> str:
+        within = [kind for start, kind in classes if start < found.start()][-1:]
+        value = found["value"]
+        is_conditional = re.search(r"\bif\b", value) and not re.search(r"\bthen\b", value)
+        if within not in (["model"], ["block"]) or is_conditional or not re.search("[a-zA-Z]", value):
+            return found[0]
+        return f"{found['head']}{found['rest']} equation {found['name']} = {value}; public"
+
+    return _BINDING.sub(unbound, text)
 
 
 def _parameter(found: re.Match[str], place: str) -> str:
     """The declaration of a complex parameter, with its value hidden."""
     name = _never(place, found.start())
     value = f"if {name} then {found['value']} else Complex(0)"
-    return f"{found['space']}final parameter Boolean {name} = false; {found['head']}{value}{found['rest']}"
+    return f"{found['space']}constant Boolean {name} = false; {found['head']}{value}{found['rest']}"
 
 
 def _section(text: str, plain: str, at: int, never: str) -> tuple[list[str], int]:
@@ -133,7 +144,7 @@ def _top_level(plain: str, pattern: re.Pattern[str]) -> int | None:
 
 
 def shown(content: dict[str, Any]) -> dict[str, Any]:
-    """The flat model with the equations put back, and without the parameters that hid them."""
+    """The flat model with the equations put back, and without the constants that hid them."""
     shown = _shown(content)
     for part in ("variables", "variable_type_names", "variable_final_flags"):
         shown[part] = {name: value for name, value in shown[part].items() if not _is_never(name)}

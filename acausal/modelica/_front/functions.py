@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from .scan import masked
+from .scan import masked, statement_end
 
 BODY, OUTSIDE = "acausalBody", "acausalOutside"
 _CALLED = re.compile(rf'"name": "([\w.]*\b{BODY}_\w+)"')
@@ -49,15 +49,28 @@ def _hidden(text: str, name: str, place: str) -> str:
     if not outputs:
         return text
     inner, outside = f"{BODY}_{place}_{name}", f"{OUTSIDE}_{place}_{name}"
-    arguments = ", ".join(other for _, other in formals)
+    results = _results(text[begin.end() : section[-1].start()], plain[begin.end() : section[-1].start()], inputs)
+    arguments, given = (outputs, "") if results else (", ".join(other for _, other in formals), inputs)
     new = f"""function {name}{head}
 protected
   function {inner}{head} algorithm {body} end {inner};
-  pure function {outside}{head} external "C" {outside}({arguments}); end {outside};
+  pure function {outside}{results or head} external "C" {outside}({arguments}); end {outside};
 algorithm
-  if false then ({outputs}) := {inner}({inputs}); else ({outputs}) := {outside}({inputs}); end if;
+  if false then ({outputs}) := {inner}({inputs}); else ({outputs}) := {outside}({given}); end if;
   """
     return text[: begin.start()] + new + text[last:]
+
+
+def _results(head: str, plain: str, inputs: str) -> str | None:
+    """The declarations of the results alone; None if they depend on the arguments."""
+    found = [head[start : statement_end(plain, start)] for start in _starts(plain)]
+    names = "|".join(inputs.split(", "))
+    return None if names and any(re.search(rf"\b({names})\b", masked(one)) for one in found) else " " + " ".join(found)
+
+
+def _starts(plain: str) -> list[int]:
+    own = re.sub(r"\bfunction\s+(\w+)\b.*?\bend\s+\1\s*;", lambda inner: " " * len(inner[0]), plain, flags=re.S)
+    return [found.start() for found in re.finditer(r"(?<![\w.])(?:import|output)\s", own)]
 
 
 def _formals(head: str) -> list[tuple[str, str]]:

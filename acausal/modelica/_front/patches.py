@@ -15,7 +15,8 @@ HIDDEN = {
     "Modelica/Blocks/Continuous.mo": ("findInterval", "normalizationFactor"),
     "Modelica/Electrical/Spice3.mo": functions.ALL,
     "Modelica/Math/BooleanVectors.mo": ("firstTrueIndex",),
-    "Modelica/Math/package.mo": ("isPowerOf2",),
+    "Modelica/Math/Polynomials.mo": ("fitting",),
+    "Modelica/Math/isPowerOf2.mo": ("isPowerOf2",),
 }
 
 
@@ -29,7 +30,23 @@ class Patch:
     why: str
 
 
-PATCHES: tuple[Patch, ...] = ()
+PATCHES = (
+    Patch(
+        "Modelica/Math/Random.mo",
+        r"\bimpure\s+function\b",
+        "function",
+        "The pass allows no calls of impure functions in pure ones. Our own random generators take their places.",
+    ),
+    Patch(
+        "Modelica/Mechanics/Translational/Components/MassWithStopAndFriction.mo",
+        r"extends PartialRigid\((s\([^()]*\))\);",
+        "Modelica.Mechanics.Translational.Interfaces.Flange_a flange_a; "
+        "Modelica.Mechanics.Translational.Interfaces.Flange_b flange_b; "
+        r"Modelica.Units.SI.Position \1; parameter Modelica.Units.SI.Length L(start=0); "
+        "equation flange_a.s = s - L/2; flange_b.s = s + L/2; public",
+        "In a nested class, the front end does not find what it inherits, so the base classes are written out.",
+    ),
+)
 
 
 def changed(text: str, name: Path) -> str:

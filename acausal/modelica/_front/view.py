@@ -63,7 +63,7 @@ def modelica_files(path: Path) -> list[Path]:
 def _mirror(original: Path, mirror: Path, name: Path) -> None:
     """Make `mirror` show `original`. `name` is its path from the folder of its library, which it begins with."""
     if original.is_dir() and any(original.glob("*.mo")):
-        mirror.mkdir(exist_ok=True)
+        mirror.mkdir(mode=0o700, exist_ok=True)
         entries = list(original.iterdir())
         _remove_others(mirror, {entry.name for entry in entries})
         for entry in entries:
@@ -80,7 +80,7 @@ def _copy(original: Path, copy: Path, name: Path) -> None:
     time = original.stat().st_mtime_ns
     if copy.exists() and copy.stat().st_mtime_ns == time:
         return
-    handle, part = tempfile.mkstemp(dir=copy.parent)
+    handle, part = tempfile.mkstemp(dir=_home())  # other processes tidy the view
     with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
         stream.write(changed(original.read_text("utf-8-sig"), name))
     os.utime(part, ns=(time, time))
