@@ -78,7 +78,7 @@ def _stacked(
     known = [pair for pair, _ in pairs if pair is not None]
     values = store.single(system.plan.read(known)) if len(pairs) == len(known) == 1 else None
     if values is not None:
-        return computed(times(values, float(pairs[0][1])))
+        return jnp.reshape(computed(times(values, float(pairs[0][1]))), flat_leaf.stack + flat_leaf.sizes)
     shape = (-1,) + (1,) * len(flat_leaf.sizes)
     is_known = np.array([pair is not None for pair, _ in pairs])
     stacked = jnp.zeros((len(pairs), *flat_leaf.sizes))

@@ -27,7 +27,8 @@ from .tree import attribute_path, tree
 from .values import Value, number
 from .whens import Lowered, Lowering
 
-_SELECT = {"Never": -2, "Avoid": -1, "Prefer": 1, "Always": 2}
+# "Never" is a wish here too: where the equations leave no other choice, such a variable becomes a state.
+_SELECT = {"Never": -1, "Avoid": -1, "Prefer": 1, "Always": 2}
 INITIAL = "initial_"
 
 
@@ -229,7 +230,8 @@ class _Build:
         """The start value of a variable: a guess, unless it is fixed."""
         value = _as_leaf(shaped(value, variable))
         leaf.guess, leaf.has_guess = _nested(np.asarray(value).tolist()), bool(np.any(np.asarray(value) != 0.0))
-        if variable.fixed and all(variable.fixed):
+        # The start value of a discrete variable is that of its `pre`.
+        if variable.fixed and all(variable.fixed) and not leaf.is_discrete:
             leaf.value = value
 
     def _late_starts(self) -> None:
@@ -387,7 +389,7 @@ class _Build:
         def events(self: Any) -> Events:
             made: dict[str, Any] = {}
             for number_of, (kind, target, terms, paths) in enumerate(found):
-                values = Point(library, [value_at(self, path) for path in paths])
+                values = Point(library, [value_at(self, path) for path in paths], in_condition=True)
                 found_values = [evaluate(term, values) for term in terms]
                 if kind in ("at", "when", "started"):
                     made[f"_{kind}_{number_of}"] = _tick_event(kind, target, found_values)
@@ -401,7 +403,7 @@ class _Build:
                         jnp.asarray(first), **{attribute_path(target): jnp.asarray(second, float)}
                     )
                 else:
-                    broken = jnp.logical_not(second)
+                    broken = jnp.any(jnp.logical_not(second))
                     if isinstance(broken, jax.core.Tracer):
                         broken = broken if first is True else jnp.logical_and(first, broken)
                         made[f"assert_{number_of}"] = refuse(broken, target)

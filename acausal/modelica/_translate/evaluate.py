@@ -31,13 +31,16 @@ class Functions(Protocol):
 
 @dataclasses.dataclass(frozen=True)
 class Point:
-    """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`."""
+    """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`.
+    `in_condition`: relations are conditions of events.
+    """
 
     functions: Functions
     values: Sequence[Value] = ()
     rates: Sequence[Value] = ()
     locals: Mapping[str, Value] = dataclasses.field(default_factory=dict)
     holds: bool = False
+    in_condition: bool = False
 
     def without_events(self) -> "Point":
         return dataclasses.replace(self, holds=False)
@@ -59,7 +62,10 @@ def _first(x: Any, at: Point) -> Value:
 
 def _slot(x: Slot, at: Point) -> Value:
     value = at.values[x.number]
-    return value != 0.0 if x.kind == "boolean" else value
+    if x.kind != "boolean":
+        return value
+    # In conditions of events, relations of real numbers must be inequalities.
+    return value > 0.5 if at.in_condition else value != 0.0
 
 
 def _ref(x: e.Ref, at: Point) -> Value:

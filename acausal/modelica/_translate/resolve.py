@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
@@ -62,6 +63,7 @@ class Previous:
         if leaf.path not in self.of:
             head, dot, last = leaf.path.rpartition(".")
             start = leaf.guess if leaf.value is None else leaf.value
+            start = jnp.broadcast_to(jnp.asarray(start, float), leaf.dims)
             self.of[leaf.path] = dataclasses.replace(
                 leaf, path=f"{head}{dot}pre_{last}", role="discrete", is_discrete=True, value=start, variable=None
             )
