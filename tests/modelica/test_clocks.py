@@ -1,6 +1,7 @@
 """The synchronous language elements of Modelica, against sequences calculated by hand."""
 
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -166,3 +167,17 @@ def test_clocks_that_contradict_each_other(given: Any, factor: int | None, shift
     clocks.relate("u", "y", None if factor is None else Fraction(factor), Fraction(shift), "subSample")
     with pytest.raises(ModelError, match=message):
         clocks.solve()
+
+
+def test_the_front_end_sees_the_equations_of_clocked_models_of_libraries(tmp_path: Path) -> None:
+    folder = tmp_path / "Plant"
+    folder.mkdir()
+    (folder / "package.mo").write_text("package Plant\nend Plant;\n")
+    (folder / "Counter.mo").write_text(
+        "within Plant;\nmodel Counter\n  Clock c;\n  Real n(start = 0), y;\nequation\n  c = Clock(1, 10);\n"
+        "  y = sample(time, c);\n  n = previous(n) + y;\nend Counter;\n"
+    )
+    content, sources = flat_of("", "Plant.Counter", [folder])
+    span = content["equations"][-1]["span"]
+    assert sources.place(span["source"], span["start"]) == (str(folder / "Counter.mo"), 8)
+    assert "n" in component(flat_model(content, "Plant.Counter")).flat.variables

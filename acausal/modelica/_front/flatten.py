@@ -1,6 +1,7 @@
 """The flat model of a Modelica model."""
 
 import json
+import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,8 @@ from .given import NAME, WRAPPER, Given, check_modifiers, given
 from .session import rumoca, session
 from .sources import Sources, number, used
 from .view import libraries, modelica_files, view
+
+_CLOCKS = re.compile(r"\bclock(?:ed)?\s|`Clock`")
 
 
 def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> tuple[dict[str, Any], Sources]:
@@ -25,32 +28,36 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     if found is None:
         found = json.dumps(_flat(what))
         stored.write(key, found)
-    text, content = json.loads(found)
-    return content, _sources(what, text, content)
+    text, hides_equations, content = json.loads(found)
+    return content, _sources(what, text, view(what.roots, hides_equations=hides_equations), content)
 
 
-def _flat(what: Given) -> tuple[str, dict[str, Any]]:
-    """The text that the front end got, and the flat model that it gave, with what was hidden from it.
+def _flat(what: Given) -> tuple[str, bool, dict[str, Any]]:
+    """The text that the front end got, whether equations of libraries are hidden, and the flat model that it gave, with
+    what was hidden from it.
 
     The equations of the text are only hidden if its last pass refuses them, because it does not check the types of
-    hidden ones.
+    hidden ones. If the model has clocks, nothing is hidden, because that pass infers them from all equations.
     """
     if error := syntax_error(what):
         raise error
     folder = view(what.roots)
-    text = what.text
+    text, has_clocks = what.text, False
     try:
         content = _loaded(folder, what.whole(text))
     except rumoca().RumocaError as error:
         if not str(error).startswith("todae"):
             raise failure(_with_own_names(str(error), what, folder), what) from None
-        text = equations.hidden(text, NAME)
+        if has_clocks := bool(_CLOCKS.search(str(error))):
+            folder = view(what.roots, hides_equations=False)
+        else:
+            text = equations.hidden(text, NAME)
         try:
             content = _loaded(folder, what.whole(text))
         except rumoca().RumocaError as error:
             raise failure(_with_own_names(str(error), what, folder), what) from None
     check_modifiers(what, content["variables"])
-    return text, equations.shown(functions.shown(content))
+    return text, not has_clocks, equations.shown(functions.shown(content))
 
 
 def _loaded(folder: Path, text: str) -> dict[str, Any]:
@@ -64,9 +71,9 @@ def _with_own_names(message: str, what: Given, folder: Path) -> str:
     return message
 
 
-def _sources(what: Given, text: str, content: dict[str, Any]) -> Sources:
+def _sources(what: Given, text: str, folder: Path, content: dict[str, Any]) -> Sources:
     """The texts of the spans: those in the view, under the user's names."""
-    wanted, folder = used(content), view(what.roots)
+    wanted = used(content)
     texts = {number(NAME): (str(what.file or NAME), text)}
     for name, library in libraries(what.roots).items():
         for file in modelica_files(library):
