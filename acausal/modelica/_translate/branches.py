@@ -109,7 +109,7 @@ def choose(truth: Any, first: Callable[[], Value], second: Callable[[], Value]) 
     right = _outputs(b, [y for _, y in pairs], types)
     if a.is_harmless() and b.is_harmless():
         return put(merged, [jnp.where(truth, x, y) for x, y in zip(left(), right(), strict=True)])
-    return put(merged, jax.lax.cond(truth, left, right))
+    return put(merged, jax.lax.cond(jnp.reshape(truth, ()), left, right))
 
 
 def _attempt(compute: Callable[[], Value]) -> _Side | Failed:
