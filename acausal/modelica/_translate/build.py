@@ -16,7 +16,7 @@ from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
 from .clocks import without_clocks
 from .evaluate import NotKnown, Point, evaluate
-from .forms import Form, Residual, Section, as_numbers, form_class
+from .forms import Form, Residual, Section, form_class
 from .guesses import propagate
 from .known import Known, is_external, shaped
 from .leaves import Leaf, kind_of, known_unit
@@ -77,9 +77,6 @@ class _Build:
         events = self._events()
         self._drop_unused()
         propagate(self.groups, self.leaves, self.known.library)
-        for leaf in self.leaves.values():
-            if leaf.role == "var" and leaf.is_discrete:
-                leaf.value = None  # the start value of a discrete variable is that of its `pre`
         root = tree(
             [*self.leaves.values(), *self.previous.of.values()], ModelicaModel, _class_name(self.flat.name), events
         )
@@ -123,7 +120,7 @@ class _Build:
         for name in self.clocked.stored:
             leaf = self.leaves[name]
             leaf.role = "discrete"
-            leaf.value = jnp.full(leaf.dims, leaf.guess) if leaf.value is None else leaf.value
+            leaf.value = jnp.broadcast_to(jnp.asarray(leaf.guess, float), leaf.dims)
         for variable in list(self.flat.variables.values()):
             leaf = self.leaves.get(variable.name)
             if leaf is not None and leaf.role == "var" and variable.binding is not None:
@@ -243,7 +240,7 @@ class _Build:
                 continue
             values = [item.value for item in slots.leaves]
             self._start(leaf, variable, number(evaluate(term, Point(self.known.library, values))))
-            if leaf.value is not None:
+            if leaf.value is not None or leaf.path in self.clocked.stored:
                 self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
 
     def _is_start(self, equation: Equation) -> bool:
@@ -366,7 +363,7 @@ class _Build:
             found.append(("sample", sample.ticks, (start, interval), paths))
         for tick in self.clocked.ticks:
             terms, paths = stated(tick.kind, *(() if tick.of is None else (tick.of,)), *tick.changes.values())
-            found.append((tick.kind, tuple(tick.changes), [as_numbers(terms[0]), *terms[1:]], paths))
+            found.append((tick.kind, tuple(tick.changes), terms, paths))
         for i, reset in enumerate(self.lowered.resets):
             terms, paths = stated(f"reinit_{i}", e.Ref(reset.active), reset.value)
             found.append(("reset", reset.state, terms, paths))
@@ -466,10 +463,7 @@ def _tick_event(kind: str, names: Sequence[str], values: Sequence[Value]) -> At 
     changes: dict[str, Any] = dict(zip((attribute_path(name) for name in names), new, strict=True))
     if kind == "started":
         return Started(changes)
-    if kind == "at":
-        return at(values[0], **changes)
-    condition = jnp.asarray(values[0])
-    return when(condition if condition.dtype == bool else condition > 0.5, **changes)
+    return at(values[0], **changes) if kind == "at" else when(values[0], **changes)
 
 
 def _held(x: Any) -> Any:
