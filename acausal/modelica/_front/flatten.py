@@ -1,19 +1,17 @@
 """The flat model of a Modelica model."""
 
 import json
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from .._errors import ModelicaError
 from . import equations, functions, stored
 from .failures import failure, syntax_error
 from .given import NAME, WRAPPER, Given, check_modifiers, given
 from .session import rumoca, session
 from .sources import Sources, number, used
 from .view import libraries, modelica_files, view
-
-_CLOCKS = re.compile(r"\bclock(?:ed)?\s|`Clock`")
 
 
 def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> tuple[dict[str, Any], Sources]:
@@ -28,53 +26,52 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     if found is None:
         found = json.dumps(_flat(what))
         stored.write(key, found)
-    text, hides_equations, content = json.loads(found)
-    return content, _sources(what, text, view(what.roots, hides_equations=hides_equations), content)
+    hides, content = json.loads(found)
+    return content, _sources(what, hides, content)
 
 
-def _flat(what: Given) -> tuple[str, bool, dict[str, Any]]:
-    """The text that the front end got, whether equations of libraries are hidden, and the flat model that it gave, with
-    what was hidden from it.
+def _flat(what: Given) -> tuple[bool, dict[str, Any]]:
+    """Whether the equations were hidden, and the flat model with what was hidden from the front end.
 
-    The equations of the text are only hidden if its last pass refuses them, because it does not check the types of
-    hidden ones. If the model has clocks, nothing is hidden, because that pass infers them from all equations.
+    Equations are hidden only if its last pass refuses the model with them: it does not check the types of hidden ones,
+    and needs some of them.
     """
     if error := syntax_error(what):
         raise error
-    folder = view(what.roots)
-    text, has_clocks = what.text, False
     try:
-        content = _loaded(folder, what.whole(text))
+        hides, content = False, _loaded(what, False)
     except rumoca().RumocaError as error:
         if not str(error).startswith("todae"):
-            raise failure(_with_own_names(str(error), what, folder), what) from None
-        if has_clocks := bool(_CLOCKS.search(str(error))):
-            folder = view(what.roots, hides_equations=False)
-        else:
-            text = equations.hidden(text, NAME)
+            raise _failure(error, what, False) from None
         try:
-            content = _loaded(folder, what.whole(text))
+            hides, content = True, _loaded(what, True)
         except rumoca().RumocaError as error:
-            raise failure(_with_own_names(str(error), what, folder), what) from None
+            raise _failure(error, what, True) from None
     check_modifiers(what, content["variables"])
-    return text, not has_clocks, equations.shown(functions.shown(content))
+    return hides, equations.shown(functions.shown(content))
 
 
-def _loaded(folder: Path, text: str) -> dict[str, Any]:
-    return session(folder).loads(text, model=WRAPPER, filename=NAME).to_dict("flat")
+def _text(what: Given, hides: bool) -> str:
+    return equations.hidden(what.text, NAME) if hides else what.text
 
 
-def _with_own_names(message: str, what: Given, folder: Path) -> str:
-    """A message with the user's names of files instead of those in the view."""
+def _loaded(what: Given, hides: bool) -> dict[str, Any]:
+    loaded = session(view(what.roots, hides)).loads(what.whole(_text(what, hides)), model=WRAPPER, filename=NAME)
+    return loaded.to_dict("flat")
+
+
+def _failure(error: Exception, what: Given, hides: bool) -> ModelicaError:
+    """The error in our words, with the user's names of files instead of those in the view."""
+    message, folder = str(error), view(what.roots, hides)
     for name, library in libraries(what.roots).items():
         message = message.replace(str(folder / name), str(library))
-    return message
+    return failure(message, what)
 
 
-def _sources(what: Given, text: str, folder: Path, content: dict[str, Any]) -> Sources:
+def _sources(what: Given, hides: bool, content: dict[str, Any]) -> Sources:
     """The texts of the spans: those in the view, under the user's names."""
-    wanted = used(content)
-    texts = {number(NAME): (str(what.file or NAME), text)}
+    wanted, folder = used(content), view(what.roots, hides)
+    texts = {number(NAME): (str(what.file or NAME), _text(what, hides))}
     for name, library in libraries(what.roots).items():
         for file in modelica_files(library):
             seen = folder / name / file.relative_to(library)
