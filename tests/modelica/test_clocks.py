@@ -1,16 +1,21 @@
 """The synchronous language elements of Modelica, against sequences calculated by hand."""
 
+import dataclasses
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from acausal import ModelError, simulate
 from acausal.modelica._front.flatten import flat_model as flat_of
+from acausal.modelica._syntax import expressions as e
 from acausal.modelica._syntax.read import flat_model
 from acausal.modelica._translate.build import component
+from acausal.modelica._translate.clock_operators import mapped
 from acausal.modelica._translate.clock_partitions import Base, Clock, Partitions
 
 pytest.importorskip("rumoca")
@@ -115,8 +120,8 @@ def test_event_clocks() -> None:
 
 
 CONTROL = """model Control
-  parameter Real period = 0.5, k = 1;
-  Real x(start = 1, fixed = true), e, y, f[2], g[2](start = {1, 2});
+  parameter Real period = 0.5, k = 1, first = 3;
+  Real x(start = 1, fixed = true), e, y, f[2], g[2](start = {1, 2}), h(start = first);
   Integer a(start = 3);
   Clock c = Clock(period);
 equation
@@ -126,6 +131,7 @@ equation
   f = {y, e};
   g = previous(g) + f;
   when Clock() then
+    h = previous(h) + 1;
     if e > 0.9 then
       a = 5;
     else
@@ -136,13 +142,53 @@ end Control;
 """
 
 
-def test_a_discrete_controller_with_a_period_as_a_parameter() -> None:
-    t = [0.25, 0.75, 1.25]
-    sol = run(CONTROL, t)
+def test_a_discrete_controller() -> None:
+    t = np.array([0.25, 0.75, 1.25])
+    made = model(CONTROL)
+    sol = simulate(made, 1.25, save=t)
     assert np.allclose(sol.y, [-1, -0.5, -0.25], atol=1e-9)
     assert np.allclose(sol.x, [0.75, 0.375, 0.1875], atol=1e-9)
     assert np.allclose(sol.g, [[0, 3], [-0.5, 3.5], [-0.75, 3.75]], atol=1e-9)
     assert np.array_equal(sol.a, [5, 9, 11])
+    assert np.array_equal(sol.h, [4, 5, 6])
+    sol = simulate(eqx.tree_at(lambda m: (m.first, m.period), made, (jnp.asarray(0.0), jnp.asarray(1.0))), 1.25, save=t)
+    assert np.array_equal(sol.h, [1, 1, 2])
+    assert np.allclose(sol.y, [-1, -1, 0], atol=1e-9)
+
+
+DECAY = """model Decay
+  Clock c = Clock(1, 10);
+  Real x(start = 1), z;
+equation
+  z = sample(time, c);
+  sin(x) = 0*z - x;
+end Decay;
+"""
+
+
+@pytest.mark.parametrize(
+    ("method", "final"),
+    [
+        ("ImplicitEuler", 1.1**-2),
+        pytest.param("ExplicitEuler", 0.9**2, marks=pytest.mark.thorough),
+        pytest.param("ImplicitTrapezoid", (0.95 / 1.05) ** 2, marks=pytest.mark.thorough),
+    ],
+)
+def test_methods_of_integration_of_clocked_equations(method: str, final: float) -> None:
+    """The front end refuses such equations: `sin` stands for `der`, and the clock gets its method afterwards."""
+
+    def solved(x: Any) -> Any:
+        x = mapped(x, solved)
+        if isinstance(x, e.Builtin) and x.name == "Clock":
+            return e.Builtin("Clock", (x, e.Const(method)))
+        return dataclasses.replace(x, name="Der") if isinstance(x, e.Builtin) and x.name == "Sin" else x
+
+    flat = flat_model(flat_of(DECAY, "Decay")[0], "Decay")
+    clock = dataclasses.replace(flat.variables["c"], binding=solved(flat.variables["c"].binding))
+    equations = tuple(dataclasses.replace(x, residual=solved(x.residual)) for x in flat.equations)
+    flat = dataclasses.replace(flat, variables={**flat.variables, "c": clock}, equations=equations)
+    made: Any = component(flat)
+    assert np.isclose(simulate(made, 0.25).final.x, final, atol=1e-12)
 
 
 BASE = Clock(Base(0, None))
