@@ -1,6 +1,7 @@
 """From a flat model to a component."""
 
 import dataclasses
+import functools as ft
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from .model import ModelicaModel
 from .resolve import Previous, Resolver, Slots
 from .statement_terms import loop_names, targets_of
 from .tree import attribute_path, tree
-from .values import Value, number
+from .values import Value, is_known, number
 from .whens import Lowered, Lowering
 
 # "Never" is a wish here too: where the equations leave no other choice, such a variable becomes a state.
@@ -372,10 +373,10 @@ class _Build:
                 truth = self.known.value(demand.condition)
             except (NotKnown, ModelError):  # an error occurs again where the value is needed
                 truth = None
-            if truth is not None:
-                if not truth and demand.active is None:
-                    raise ModelError(f"assertion failed: {self._message(demand.message)}")
+            if truth is not None and np.all(truth):
                 continue
+            if truth is not None and demand.active is None:
+                raise ModelError(f"assertion failed: {self._message(demand.message)}")
             terms, paths = stated(
                 f"assert_{i}", e.Ref(demand.active) if demand.active else e.Const(True), demand.condition
             )
@@ -400,9 +401,8 @@ class _Build:
                         jnp.asarray(first), **{attribute_path(target): jnp.asarray(second, float)}
                     )
                 else:
-                    broken = jnp.any(jnp.logical_not(second))
+                    broken = _all_of([item for item in (first, _negation(second)) if item is not True])
                     if isinstance(broken, jax.core.Tracer):
-                        broken = broken if first is True else jnp.logical_and(first, broken)
                         made[f"assert_{number_of}"] = refuse(broken, target)
             if names:
                 follow = {
@@ -428,6 +428,14 @@ class _Build:
             return str(self.known.value(x))
         except NotKnown:
             return "an assertion of the model is violated"
+
+
+def _negation(truth: Value) -> Value:
+    return not np.all(truth) if is_known(truth) else jnp.any(jnp.logical_not(truth))
+
+
+def _all_of(truths: Sequence[Value]) -> Value:
+    return ft.reduce(jnp.logical_and, truths) if truths else True
 
 
 def _followed(value: Any, leaf: Leaf) -> Any:

@@ -15,6 +15,7 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .branches import choose
 from .builtins import FUNCTIONS
+from .complex_numbers import is_complex, operation
 from .terms import Opaque, Rate, RecordOf, Slot
 from .values import Value, is_known, number, plain, power, product, select, stacked
 
@@ -150,6 +151,8 @@ def _binary(x: e.Binary, at: Point) -> Value:
     if x.op not in _NUMERIC:
         raise ModelError(f"the operator {x.op} is not supported.")
     a, b = _first(x.left, at), _first(x.right, at)
+    if is_complex(a) or is_complex(b):
+        return operation(x.op, a, b)
     if isinstance(a, dict):
         return _record_operation(x.op, a, b)
     return _NUMERIC[x.op](a, b)

@@ -11,7 +11,6 @@ from .._syntax import expressions as e
 from .._syntax.flat import FlatModel, Variable
 from .evaluate import NotKnown, Point, evaluate
 from .functions import Library
-from .leaves import kind_of
 from .paths import Branch, split, tree_of
 from .values import Value, plain
 
@@ -152,14 +151,13 @@ def shaped(value: Value, variable: Variable) -> Value:
 
 
 def is_external(variable: Variable, flat: FlatModel) -> bool:
-    """Whether a variable is an external object, such as a table."""
-    function = flat.functions.get(variable.type)
-    constructor = isinstance(variable.binding, e.Call) and variable.binding.name == variable.type
-    return (
-        variable.type not in _NUMBERS
-        and kind_of(variable.type) == "integer"
-        and (constructor or (function is not None and function.external is not None))
-    )
+    """Whether a variable is an external object, such as a table: its binding calls the constructor of its class."""
+    call = variable.binding
+    if variable.type in _NUMBERS or not isinstance(call, e.Call):
+        return False
+    function = flat.functions.get(call.name)
+    has_name = call.name.rpartition(".")[2] == variable.type.rpartition(".")[2]
+    return has_name or (function is not None and function.external is not None and not function.outputs)
 
 
 def names_in(x: Any) -> Iterator[str]:

@@ -166,6 +166,9 @@ class Lowering:
                 case e.Assert():
                     if not s.is_warning:
                         self.out.demands.append(Demand(active, s.condition, s.message))
+                case e.Terminate():
+                    # A run cannot end early as if it were complete: it ends with this reason.
+                    self.out.demands.append(Demand(active, e.Const(False), s.message))
                 case e.IfStatement():
                     inner = [(c, self._values(b, active)) for c, b in s.blocks]
                     other = self._values(s.otherwise, active)
