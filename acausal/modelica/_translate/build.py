@@ -16,6 +16,7 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
 from .clocks import without_clocks
+from .discrete_starts import with_starts
 from .evaluate import NotKnown, Point, evaluate
 from .forms import Form, Residual, Section, form_class
 from .guesses import propagate
@@ -54,7 +55,8 @@ class _Build:
         self.original = flat
         flat, self.clocked = without_clocks(flat)
         lowered = Lowering(flat).lower()
-        self.flat = dataclasses.replace(flat, variables={**flat.variables, **lowered.variables})
+        variables = {**flat.variables, **lowered.variables}
+        self.flat = dataclasses.replace(flat, variables=with_starts(variables, lowered.initial, lowered.equations))
         self.lowered: Lowered = lowered
         self.known = Known(self.flat)
         self.previous = Previous()
