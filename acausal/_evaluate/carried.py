@@ -97,4 +97,5 @@ class Carried:
     def leaves_of(self, key: tuple[int, int]) -> list[int]:
         """The leaves, by number, of a slot of a component kind."""
         kind, slot = key
-        return [leaves[slot] for leaves in self.flat.holders[kind].own_leaves]
+        holder = self.flat.holders[kind]
+        return [holder.leaf(entry, slot) for entry in range(len(holder.paths))]

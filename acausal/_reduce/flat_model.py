@@ -184,6 +184,12 @@ class FlatModel:
         """The names of all variables and parameters, with the leaf and the stacked member."""
         return {leaf.name(i): (number, i) for number, leaf in enumerate(self.own_leaves) for i in range(leaf.count)}
 
+    @ft.cached_property
+    def split_names(self) -> dict[str, int]:
+        """The names of array variables whose elements are nodes of their own, with their leaves."""
+        names = {leaf.path.rstrip("[]"): number for number, leaf in enumerate(self.own_leaves) if self.split}
+        return {name: number for name, number in names.items() if "[]" not in name and name not in self.leaf_names}
+
     def node_name(self, node: int) -> str:
         leaf = self.leaves[self.leaf_of_node[node]]
         return leaf.name(node - leaf.first)

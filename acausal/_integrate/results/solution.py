@@ -266,6 +266,9 @@ class Solution(eqx.Module, Generic[M]):
 
     def _pick(self, leaves: list[Array], name: str) -> Array:
         """The value of a name in the leaves of a view."""
+        whole = self.system.flat.split_names.get(name) if isinstance(name, str) else None
+        if whole is not None:
+            return leaves[whole]
         leaf, index = self._place(name)
         value = leaves[leaf]
         stack = self.system.flat.leaves[leaf].stack
