@@ -23,7 +23,7 @@ from .guesses import propagate
 from .known import Known, is_external, shaped
 from .leaves import Leaf, kind_of, known_unit
 from .model import ModelicaModel
-from .resolve import Previous, Resolver, Slots
+from .resolve import Previous, Resolver, Slots, with_parts
 from .statement_terms import loop_names, targets_of
 from .tree import attribute_path, tree
 from .values import Value, is_known, number
@@ -362,7 +362,7 @@ class _Build:
             return made, [attribute_path(leaf.path) for leaf in slots.leaves]
 
         for sample in self.lowered.samples:
-            (start, interval), paths = stated(sample.ticks, _held(sample.start), _held(sample.interval))
+            (start, interval), paths = stated(sample.ticks, self._before(sample.start), self._before(sample.interval))
             found.append(("sample", sample.ticks, (start, interval), paths))
         for tick in self.clocked.ticks:
             terms, paths = stated(tick.kind, *(() if tick.of is None else (tick.of,)), *tick.changes.values())
@@ -425,6 +425,13 @@ class _Build:
             return {}
         return {"events": events}
 
+    def _before(self, x: Any) -> Any:
+        """An expression of the values before the instant of the variables in it."""
+        if isinstance(x, e.Ref):
+            leaf = self.leaves.get(x.name)
+            return e.Builtin("Pre", (x,)) if leaf is not None and leaf.role == "var" else x
+        return with_parts(x, self._before)
+
     def _message(self, x: Any) -> str:
         try:
             return str(self.known.value(x))
@@ -474,10 +481,6 @@ def _tick_event(kind: str, names: Sequence[str], values: Sequence[Value]) -> At 
     if kind == "started":
         return Started(changes)
     return at(values[0], **changes) if kind == "at" else when(values[0], **changes)
-
-
-def _held(x: Any) -> Any:
-    return x
 
 
 def value_at(node: Any, path: str) -> Any:

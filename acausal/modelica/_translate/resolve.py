@@ -95,7 +95,7 @@ class _Resolution:
                 return x
             case e.Text():
                 return e.Text(self.term(x.arg))
-        return _with_parts(x, self.term)
+        return with_parts(x, self.term)
 
     def _subs(self, subs: Sequence[Any]) -> tuple[Any, ...]:
         ending = _Resolution(self.model, self.slots, self.local | {"end"})
@@ -251,7 +251,7 @@ def _nested(items: list[Any], indices: list[tuple[int, ...]]) -> Any:
     return e.ArrayOf(tuple(_nested(*row) for row in rows.values()), "array")
 
 
-def _with_parts(x: Any, change: Any) -> Any:
+def with_parts(x: Any, change: Any) -> Any:
     """An expression with its parts changed."""
 
     def changed(value: Any) -> Any:
