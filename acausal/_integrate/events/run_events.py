@@ -14,6 +14,7 @@ from ..._evaluate.event_set import Schedule
 from ..._evaluate.groups import Segments
 from ..._evaluate.starts import Inputs
 from ..._numbers import Numbers, Truth
+from ..._reduce.event_indicators import TINY
 from ..._reduce.nominal import nominal_size
 from ..setup.field import RunArgs, values_of, vector_field, wanted_pairs
 from ..setup.schedule import farthest, last_before, next_after
@@ -89,10 +90,13 @@ class RunEvents(EventNumbers):
         return jnp.concatenate(parts)
 
     def renewed(self, t: Numbers, truths: Array, changed: Array, indicators: Array, args: RunArgs) -> Array:
-        """The truths of the relations at a point. Relations within their hysteresis bands keep their truths. The bands
-        of those that have `changed` at this instant are wider, as they are on the path of a step.
+        """The truths of the relations at a point. Relations within their hysteresis bands keep their truths, except
+        those whose sides are exactly equal, such as a signal that has become zero. The bands of those that have
+        `changed` at this instant are wider, as they are on the path of a step.
         """
-        return jnp.where(jnp.abs(indicators) > self.wider(t, ~changed, args), indicators > 0, truths)
+        size = jnp.abs(indicators)
+        is_clear = (size > self.wider(t, ~changed, args)) | (size <= TINY)
+        return jnp.where(is_clear, indicators > 0, truths)
 
     def wider(self, t: Numbers, armed: Array, args: RunArgs) -> Array:
         """The hysteresis of each relation; wider for those that are not `armed`."""

@@ -187,13 +187,7 @@ def _relation(x: e.Binary, at: Point) -> Value:
     if is_known(truth):
         return plain(truth)
     holds = at.holds and x.op not in ("Eq", "Neq") and not (only_discrete(x.left) and only_discrete(x.right))
-    if not (holds or at.in_condition) or x.op in ("Eq", "Neq"):
-        return truth
-    # A relation that is searched for is false where both sides are equal, so <= and >= are stated by their negation.
-    op = {"Le": "Gt", "Ge": "Lt"}.get(x.op, x.op)
-    searched = jnp.asarray(_RELATIONS[op](a, b))
-    searched = held_relation(searched) if holds else searched
-    return searched if op == x.op else jnp.logical_not(searched)
+    return held_relation(jnp.asarray(truth)) if holds else truth
 
 
 def only_discrete(x: Any) -> bool:
