@@ -13,7 +13,7 @@ from .component import Component
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
 from .layout import rebuilt
-from .node import Node, leaves_of
+from .node import Node, leaves_of, nodes_of
 from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
@@ -81,9 +81,20 @@ def replace(model: M, values: Mapping[str, object]) -> M:
             return value
         return CONVERTERS[declaration.role](values[path], unit=declaration.unit, where=path)
 
+    for name in determined_names(model).intersection(map(str, values)):
+        raise ParameterError(
+            f"{name} is determined by other parameters of the Modelica model. Set those, or load the model with a "
+            "modifier for this one."
+        )
     changed = rebuilt(model, new)
     _check(changed, "", list(values))
     return changed
+
+
+def determined_names(model: Node) -> set[str]:
+    """The paths of leaves that others determine."""
+    nodes = ((path, getattr(node, "determined_names", ())) for path, node in nodes_of(model))
+    return {join(path, name) for path, names in nodes for name in names}
 
 
 def _check(node: Node, path: str, names: Iterable[str], *, is_stacked: bool = False) -> None:

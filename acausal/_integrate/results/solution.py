@@ -324,7 +324,7 @@ class Solution(eqx.Module, Generic[M]):
         return list(self.system.flat.leaf_names)
 
     def __contains__(self, name: object) -> bool:
-        return name in self.system.flat.leaf_names
+        return name in self.system.flat.leaf_names or name in self.system.flat.split_names
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()

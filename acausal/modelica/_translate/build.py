@@ -87,6 +87,7 @@ class _Build:
         cls = type(root)
         cls.equation_groups = tuple(self._equation_groups(places))
         cls.determined = self._determining(places)
+        cls.determined_names = frozenset(attribute_path(path) for path, _, _ in self.determined)
         cls.flat = self.original
         return root
 

@@ -21,9 +21,7 @@ from .values import Value, number
 SWEEPS = 8
 
 
-def propagate(
-    groups: Mapping[Any, Any], leaves: Mapping[str, Leaf], functions: Any
-) -> None:
+def propagate(groups: Mapping[Any, Any], leaves: Mapping[str, Leaf], functions: Any) -> None:
     """Sets the guesses of scalar real variables without one, in a few sweeps over all equations."""
     for _ in range(SWEEPS):
         found = 0

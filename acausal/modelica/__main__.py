@@ -1,0 +1,125 @@
+"""The command line: `python -m acausal.modelica --help`."""
+
+import argparse
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._errors import AcausalError, ModelError
+from .._extras import needed, panels
+from .._integrate.simulate import simulate
+from .._show.structure import structure
+from ._load import load
+from ._scoreboard.compare import Row, compared
+from ._scoreboard.reference import models_in
+from ._scoreboard.table import save, saved, written
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command and return its exit code."""
+    options = _parser().parse_args(arguments)
+    try:
+        return options.run(options)
+    except AcausalError as error:
+        print(error, file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="python -m acausal.modelica", description="Modelica models.")
+    commands = parser.add_subparsers(required=True)
+    check = commands.add_parser("check", help="translate a model and describe its equations")
+    check.set_defaults(run=_check)
+    run = commands.add_parser("simulate", help="simulate a model")
+    run.add_argument("--stop", type=float, required=True, help="stop time in s")
+    run.add_argument("--csv", help="write the signals to a file")
+    run.add_argument("--plot", help="draw the signals in a file")
+    run.add_argument("--signals", nargs="*", help="signals to write and draw; the states by default")
+    run.set_defaults(run=_simulate)
+    for command in (check, run):
+        command.add_argument("source", help="a file, or the folder of a package; '' if a library holds the model")
+        command.add_argument("model", help="the full name of the model, possibly with modifiers")
+        command.add_argument("--roots", nargs="*", default=[], help="folders with libraries")
+    board = commands.add_parser("scoreboard", help="compare a library with published results")
+    board.add_argument("--roots", nargs="+", required=True, help="folders with libraries")
+    board.add_argument("--references", required=True, help="folder with reference results")
+    board.add_argument(
+        "--rows", default="scoreboard.jsonl", help="file of results, to which a run adds what is missing"
+    )
+    board.add_argument("--table", help="write a page in Markdown")
+    board.add_argument("--only", default="", help="models whose names contain this text")
+    board.add_argument("--limit", type=float, default=300.0, help="seconds for a model")
+    board.add_argument("--gradients", action="store_true", help="check one derivative of each model that agrees")
+    board.add_argument("--one", help=argparse.SUPPRESS)
+    board.set_defaults(run=_scoreboard)
+    return parser
+
+
+def _check(options: argparse.Namespace) -> int:
+    model = load(options.source, options.model, options.roots)
+    print(model)
+    print(structure(model))
+    return 0
+
+
+def _simulate(options: argparse.Namespace) -> int:
+    model = load(options.source, options.model, options.roots)
+    solution = simulate(model, options.stop, save=np.linspace(0.0, options.stop, 501), progress=True)
+    names = options.signals if options.signals is not None else solution.system.state_names
+    columns = [np.asarray(solution.ts), *(np.asarray(solution[name]) for name in names)]
+    for name, column in zip(names, columns[1:], strict=True):
+        print(f"{name}: {column[0]:.6g} to {column[-1]:.6g}")
+    if options.csv:
+        header = ",".join(f'"{name}"' for name in ("time", *names))
+        np.savetxt(options.csv, np.column_stack(columns), delimiter=",", header=header, comments="")
+    if options.plot:
+        axes = panels(None, len(names), 1, (7.0, 1.5 + 1.5 * len(names)), sharex=True).ravel()
+        for axis, name, column in zip(axes, names, columns[1:], strict=True):
+            axis.plot(columns[0], column)
+            axis.set_ylabel(name)
+        axes[-1].set_xlabel("time in s")
+        needed("matplotlib.pyplot", "plots", "A picture").savefig(options.plot)
+    return 0
+
+
+def _scoreboard(options: argparse.Namespace) -> int:
+    references = models_in(Path(options.references))
+    if not references:
+        raise ModelError(f"{options.references} has no folder with comparisonSignals.txt.")
+    if options.one:
+        save(
+            compared(options.one, options.roots, references[options.one], gradient=options.gradients),
+            Path(options.rows),
+        )
+        return 0
+    wanted = [name for name in references if options.only in name]
+    for number, name in enumerate(wanted, 1):
+        if name not in saved(Path(options.rows)):
+            _in_own_process(name, options)
+        row = saved(Path(options.rows))[name]
+        print(f"{number}/{len(wanted)} {name}: {row.stage} {row.reason[:80]}", flush=True)
+    if options.table:
+        rows = [row for name, row in saved(Path(options.rows)).items() if options.only in name]
+        Path(options.table).write_text(written(rows, "signals within 1e-3 of their range"), encoding="utf-8")
+    return 0
+
+
+def _in_own_process(name: str, options: argparse.Namespace) -> None:
+    """One model in a process of its own, whose memory and faults do not reach the others."""
+    command = [sys.executable, "-m", "acausal.modelica", "scoreboard", "--one", name, "--rows", options.rows]
+    command += ["--roots", *options.roots, "--references", options.references]
+    command += ["--gradients"] if options.gradients else []
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=options.limit, check=False)
+        reason = (done.stderr.strip().splitlines() or ["the process ended"])[-1]
+    except subprocess.TimeoutExpired:
+        reason = f"longer than {options.limit:g} s"
+    if name not in saved(Path(options.rows)):
+        save(Row(name, "run", reason), Path(options.rows))
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,127 @@
+"""A model against its reference: translated, simulated, compared, and one gradient checked."""
+
+import dataclasses
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+import jax
+import numpy as np
+
+from ..._declare.by_name import determined_names, parameters, replace
+from ..._errors import AcausalError
+from ..._integrate.results.solution import Solution
+from ..._integrate.simulate import simulate
+from .._load import flat_of
+from .._syntax.flat import FlatModel
+from .._translate.build import component
+from .._translate.known import Known
+from .._translate.model import ModelicaModel
+from .._translate.tree import attribute_path
+from .reference import TOLERANCE, Reference, deviation, read_reference
+
+Stage = Literal["front end", "translation", "run", "no reference", "differs", "agrees"]
+RTOL = 1e-6
+MOST_TIMES = 1500
+STEP = 1e-4  # of a difference, relative to the parameter
+GRADIENT_TOLERANCE = 1e-3  # between a derivative and the difference
+
+
+@dataclasses.dataclass
+class Row:
+    """What became of a model: the last stage that it reached, or the one that it failed in, with the reason."""
+
+    model: str
+    stage: Stage
+    reason: str = ""
+    equations: int = 0
+    seconds: float = 0.0
+    deviations: dict[str, float] = dataclasses.field(default_factory=dict)
+    gradient: str = ""  # "right", "wrong" with numbers, or why there is none
+
+
+def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient: bool) -> Row:
+    """One row of the table. `folder` is that of the model among the references."""
+    start = time.monotonic()
+    row = Row(model, "front end")
+    try:
+        flat = flat_of("", model, roots)
+        row.stage, row.equations = "translation", len(flat.equations)
+        made = component(flat)
+        row.stage = "run"
+        reference = read_reference(folder)
+        times = _times(reference)
+        solution = simulate(made, times[-1], t0=times[0], rtol=RTOL, save=times)
+        jax.block_until_ready(solution.ts)
+        row.stage = "no reference" if reference is None else "differs"
+        if reference is not None:
+            row.deviations = _deviations(flat, solution, reference, times)
+            if max(row.deviations.values(), default=0.0) <= TOLERANCE:
+                row.stage = "agrees"
+        if gradient and row.stage == "agrees" and reference is not None:
+            row.gradient = _gradient(made, reference, times)
+    except (AcausalError, ArithmeticError, LookupError, TypeError, ValueError) as error:
+        row.reason = f"{type(error).__name__}: {error}"
+    row.seconds = time.monotonic() - start
+    return row
+
+
+def _times(reference: Reference | None) -> np.ndarray:
+    if reference is None:
+        return np.linspace(0.0, 1.0, 101)
+    times = np.unique(reference.times)
+    places = np.linspace(0, len(times) - 1, min(len(times), MOST_TIMES)).astype(int)
+    return times[np.unique(places)]
+
+
+def _deviations(flat: FlatModel, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
+    """The deviation of each signal; infinite for one that the model does not have."""
+    found = {}
+    for name, values in reference.signals.items():
+        own = signal(flat, solution, name)
+        if own is None:
+            found[name] = float("inf")
+        else:
+            found[name] = deviation(reference.times, values, times, np.broadcast_to(own, times.shape))
+    return found
+
+
+def signal(flat: FlatModel, solution: Solution, name: str) -> np.ndarray | None:
+    """A signal by its Modelica name, which counts the elements of arrays from 1; also constants and fixed parameters."""
+    base, bracket, index = name.rpartition("[")
+    is_element = bool(bracket) and base in flat.variables
+    place = tuple(int(i) - 1 for i in index[:-1].split(",")) if is_element else ()
+    whole = base if is_element else name
+    if attribute_path(whole) in solution:
+        return np.asarray(solution[attribute_path(whole)])[(..., *place)]
+    known = Known(flat)
+    return np.asarray(known[whole], float)[place] if whole in known else None
+
+
+def _gradient(model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
+    """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
+    names = [attribute_path(name) for name in reference.signals]
+    for path, value in _parameters(model):
+        for name in names:
+
+            def end(x: Any, path: str = path, name: str = name) -> Any:
+                changed = replace(model, {path: x})
+                return simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end")[name][..., -1]
+
+            step = STEP * abs(value)
+            difference = float((end(value + step) - end(value - step)) / (2.0 * step))
+            if abs(difference) * abs(value) < 1e-9 * max(float(abs(end(value))), 1e-9):
+                continue  # the parameter does not matter here
+            derivative = float(jax.jvp(end, (value,), (1.0,))[1])
+            error = abs(derivative - difference) / max(abs(derivative), abs(difference))
+            right = "right" if error <= GRADIENT_TOLERANCE else f"wrong: {derivative:.6g}, difference {difference:.6g}"
+            return f"{right} (d {name} / d {path})"
+    return "no parameter matters"
+
+
+def _parameters(model: ModelicaModel) -> list[tuple[str, float]]:
+    """Some scalar parameters that the model states by numbers."""
+    others = determined_names(model)
+    found = [(p, float(value)) for p, value in parameters(model).items() if np.ndim(value) == 0 and p not in others]
+    return [(path, value) for path, value in found if value != 0.0 and np.isfinite(value)][:6]

@@ -1,0 +1,67 @@
+"""The table of a comparison."""
+
+import collections
+import datetime
+import json
+from collections.abc import Iterable
+from pathlib import Path
+
+from .compare import Row
+
+FAILURES = ("front end", "translation", "run")
+
+
+def library_of(model: str) -> str:
+    """The sub-library of a model: `Electrical.Analog` for `Modelica.Electrical.Analog.Examples.Rectifier`."""
+    parts = [part for part in model.split(".")[1:-1] if part != "Examples"]
+    return ".".join(parts[:2]) if parts and parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
+
+
+def written(rows: Iterable[Row], about: str) -> str:
+    """A page in Markdown: counts by sub-library, and each model that does not agree, with the reason."""
+    rows = sorted(rows, key=lambda row: row.model)
+    libraries: dict[str, list[Row]] = collections.defaultdict(list)
+    for row in rows:
+        libraries[library_of(row.model)].append(row)
+    lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_HEAD]
+    lines += [_line(name, own) for name, own in sorted(libraries.items())]
+    lines += [_line("**all**", rows), "", "| Model | Result | Reason |", "|---|---|---|"]
+    lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows if row.stage != "agrees"]
+    return "\n".join(lines) + "\n"
+
+
+_HEAD = [
+    "| Library | Examples | Translated | Simulated | Compared | Agree | Gradient right |",
+    "|---|---|---|---|---|---|---|",
+]
+
+
+def _line(name: str, rows: list[Row]) -> str:
+    translated = sum(row.stage not in ("front end", "translation") for row in rows)
+    run = [row for row in rows if row.stage not in FAILURES]
+    compared = sum(row.stage in ("differs", "agrees") for row in run)
+    agree = sum(row.stage == "agrees" for row in run)
+    checked = [row for row in rows if row.gradient.startswith(("right", "wrong"))]
+    right = sum(row.gradient.startswith("right") for row in checked)
+    return f"| {name} | {len(rows)} | {translated} | {len(run)} | {compared} | {agree} | {right} of {len(checked)} |"
+
+
+def _reason(row: Row) -> str:
+    if row.stage == "differs":
+        worst = max(row.deviations, key=row.deviations.__getitem__)
+        return f"{worst} by {row.deviations[worst]:.2g} of its range"
+    return row.reason.split("\n")[0].replace("|", "\\|")[:200]
+
+
+def save(row: Row, file: Path) -> None:
+    """Appends a row to a file of rows."""
+    with file.open("a") as lines:
+        lines.write(json.dumps(vars(row)) + "\n")
+
+
+def saved(file: Path) -> dict[str, Row]:
+    """The rows in a file, by model."""
+    if not file.exists():
+        return {}
+    rows = [Row(**json.loads(line)) for line in file.read_text().splitlines()]
+    return {row.model: row for row in rows}
