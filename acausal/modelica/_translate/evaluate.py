@@ -187,7 +187,15 @@ def _relation(x: e.Binary, at: Point) -> Value:
     if is_known(truth):
         return plain(truth)
     holds = at.holds and x.op not in ("Eq", "Neq") and not (only_discrete(x.left) and only_discrete(x.right))
-    return held_relation(jnp.asarray(truth)) if holds else truth
+    # The engine cannot search for a relation between rates; such a relation counts as in noEvent.
+    return held_relation(jnp.asarray(truth)) if holds and not reads_rates(x) else truth
+
+
+def reads_rates(x: Any) -> bool:
+    """Whether an expression reads a derivative."""
+    if isinstance(x, Rate) or (isinstance(x, e.Builtin) and x.name == "Der"):
+        return True
+    return any(reads_rates(part) for part in parts_of(x))
 
 
 def only_discrete(x: Any) -> bool:

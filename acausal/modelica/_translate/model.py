@@ -19,7 +19,7 @@ class ModelicaModel(Component, partial=True):
     flat: ClassVar["FlatModel"]
 
     def __reduce__(self) -> Any:
-        leaves, structure = jax.tree_util.tree_flatten(self)
+        leaves = jax.tree_util.tree_leaves(self)
         return _rebuilt, (type(self).flat, leaves, [leaf is not None for leaf in _all_leaves(self)])
 
 

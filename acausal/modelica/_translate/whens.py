@@ -257,7 +257,7 @@ class Lowering:
         return x.name if is_open or is_discrete else None
 
     def _initial_algorithm(self, algorithm: Algorithm) -> None:
-        """Values that an initial algorithm computes; as variables of their own, whose values count at the start only."""
+        """Values that an initial algorithm computes, as variables of their own, which count at the start only."""
         from .statement_terms import targets_of
 
         names = {name: f"start_of_{name}" for name in targets_of(algorithm.body) if name in self.flat.variables}
