@@ -46,11 +46,13 @@ class Parameters(dict[str, Any]):
 
 
 def parameters(model: Component, of: str | None = None) -> Parameters:
-    """The parameters of a model by path, or the sensitivities in a gradient with respect to a model.
+    """The parameters of a model by path, or the sensitivities in a gradient with respect to a model. Those that other
+    parameters determine are left out.
 
     `of` is the unit of the differentiated result: with `of="s"`, the sensitivity to a resistance is in s/ohm.
     """
-    leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param"]
+    others = determined_names(model)
+    leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param" and leaf.path not in others]
     units = {leaf.path: leaf.declaration.unit for leaf in leaves}
     if of is not None:
         try:

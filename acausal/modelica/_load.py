@@ -21,11 +21,12 @@ def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> Mo
     - `roots`: folders with the libraries that it uses. The Modelica Standard Library lies in such a folder as
       `Modelica 4.1.0`, `ModelicaServices 4.1.0` and `Complex 4.1.0.mo`, as in its release.
 
-    Real parameters and start values are attributes by their Modelica path, as in `model.inertia1.J`. Members of arrays
-    of components count from 1, as in Modelica (`model.cell[1]`); arrays of numbers are arrays of jax, which count from
-    0. A name that Python or `Component` uses has an underscore at its end (`lambda_`). A parameter whose value the model
-    states by an expression of other parameters follows them. Parameters of other types (Integer, Boolean, enumerations,
-    String), and real ones on which the structure depends, are fixed: set them by modifiers.
+    Real parameters and start values are attributes by their Modelica path, as in `model.inertia1.J`. Members of
+    arrays of components count from 1, as in Modelica (`model.cell[1]`); arrays of numbers are arrays of jax, which
+    count from 0. A name that Python or `Component` uses gets an underscore at its end (`lambda_`). A parameter
+    whose value a model states by an expression of other parameters follows them. Parameters of other types
+    (Integer, Boolean, enumerations, String), and real ones on which the structure depends, are fixed: set them by
+    modifiers.
 
     Raises `ModelicaError` for errors of the text, with file and line, and for language elements that are not supported.
     """

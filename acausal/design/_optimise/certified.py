@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..._declare.by_name import determined_names
 from ..._declare.node import leaves_of
 from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
 from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
@@ -131,9 +132,9 @@ def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) ->
     gradient = task.evaluator.sensitivity(design.x, weights)
     slopes = {leaf.path: leaf.value for leaf in leaves_of(gradient)}
     free = {(place.path, place.element) for variable in problem.free.variables for place in variable.places}
-    rows = []
+    rows, others = [], determined_names(problem.model)
     for leaf in leaves_of(problem.model):
-        if leaf.declaration.role != "param" or slopes[leaf.path] is None:
+        if leaf.declaration.role != "param" or leaf.path in others or slopes[leaf.path] is None:
             continue
         values, derivatives = np.asarray(leaf.value), np.asarray(slopes[leaf.path])
         for element in np.ndindex(values.shape):

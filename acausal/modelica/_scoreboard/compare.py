@@ -9,7 +9,7 @@ from typing import Any, Literal
 import jax
 import numpy as np
 
-from ..._declare.by_name import determined_names, parameters, replace
+from ..._declare.by_name import parameters, replace
 from ..._errors import AcausalError
 from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
@@ -88,7 +88,7 @@ def _deviations(flat: FlatModel, solution: Solution, reference: Reference, times
 
 
 def signal(flat: FlatModel, solution: Solution, name: str) -> np.ndarray | None:
-    """A signal by its Modelica name, which counts the elements of arrays from 1; also constants and fixed parameters."""
+    """A signal by its Modelica name, which counts elements from 1; also constants and fixed parameters."""
     base, bracket, index = name.rpartition("[")
     is_element = bool(bracket) and base in flat.variables
     place = tuple(int(i) - 1 for i in index[:-1].split(",")) if is_element else ()
@@ -122,6 +122,5 @@ def _gradient(model: ModelicaModel, reference: Reference, times: np.ndarray) -> 
 
 def _parameters(model: ModelicaModel) -> list[tuple[str, float]]:
     """Some scalar parameters that the model states by numbers."""
-    others = determined_names(model)
-    found = [(p, float(value)) for p, value in parameters(model).items() if np.ndim(value) == 0 and p not in others]
+    found = [(path, float(value)) for path, value in parameters(model).items() if np.ndim(value) == 0]
     return [(path, value) for path, value in found if value != 0.0 and np.isfinite(value)][:6]
