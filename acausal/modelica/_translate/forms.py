@@ -72,6 +72,7 @@ def _differences(left: Value, right: Value) -> list[Value]:
         return [item for name in left for item in _differences(left[name], None if right is None else right[name])]
     if isinstance(left, str):
         return []
+    right = right[0] if isinstance(right, tuple) else right  # the first result of a function
     left = number(left)
     if right is None:
         return [left]
