@@ -25,6 +25,7 @@ Stage = Literal["front end", "translation", "run", "no reference", "differs", "a
 RTOL = 1e-6
 MOST_TIMES = 1500
 STEP = 1e-4  # of a difference, relative to the parameter
+MATTERS = 1e-5  # least effect of a parameter, relative to the largest value of the signal
 GRADIENT_TOLERANCE = 1e-3  # between a derivative and the difference
 
 
@@ -101,9 +102,9 @@ def signal(flat: FlatModel, solution: Solution, name: str) -> np.ndarray | None:
 
 def _gradient(model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
     """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
-    names = [attribute_path(name) for name in reference.signals]
+    sizes = {attribute_path(name): float(np.max(np.abs(values))) for name, values in reference.signals.items()}
     for path, value in _parameters(model):
-        for name in names:
+        for name, size in sizes.items():
 
             def end(x: Any, path: str = path, name: str = name) -> Any:
                 changed = replace(model, {path: x})
@@ -111,8 +112,8 @@ def _gradient(model: ModelicaModel, reference: Reference, times: np.ndarray) -> 
 
             step = STEP * abs(value)
             difference = float((end(value + step) - end(value - step)) / (2.0 * step))
-            if abs(difference) * abs(value) < 1e-9 * max(float(abs(end(value))), 1e-9):
-                continue  # the parameter does not matter here
+            if abs(difference * value) <= MATTERS * size:
+                continue
             derivative = float(jax.jvp(end, (value,), (1.0,))[1])
             error = abs(derivative - difference) / max(abs(derivative), abs(difference))
             right = "right" if error <= GRADIENT_TOLERANCE else f"wrong: {derivative:.6g}, difference {difference:.6g}"
