@@ -51,8 +51,9 @@ def parameters(model: Component, of: str | None = None) -> Parameters:
 
     `of` is the unit of the differentiated result: with `of="s"`, the sensitivity to a resistance is in s/ohm.
     """
+    leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param"]
     others = determined_names(model)
-    leaves = [leaf for leaf in leaves_of(model) if leaf.declaration.role == "param" and leaf.path not in others]
+    leaves = [leaf for leaf in leaves if leaf.path not in others]
     units = {leaf.path: leaf.declaration.unit for leaf in leaves}
     if of is not None:
         try:
