@@ -407,13 +407,17 @@ class _Build:
                     broken = _all_of([item for item in (first, _negation(second)) if item is not True])
                     if isinstance(broken, jax.core.Tracer):
                         made[f"assert_{number_of}"] = refuse(broken, target)
+            follow = {
+                attribute_path(previous[name].path): _followed(value_at(self, attribute_path(name)), previous[name])
+                for name in names
+            }
+            # While the initial equations hold, `pre` keeps its start value.
+            holds = jnp.asarray(value_at(self, INITIAL)) > 0.5
             if names:
-                follow = {
-                    attribute_path(previous[name].path): _followed(value_at(self, attribute_path(name)), previous[name])
-                    for name in names
-                }
-                made["_follow"] = Follow(follow)
-            made["_started"] = Started({INITIAL: 0.0})
+                made["_follow"] = Follow(
+                    {path: jnp.where(holds, value_at(self, path), value) for path, value in follow.items()}
+                )
+            made["_started"] = Started({INITIAL: 0.0, **follow})
             return made
 
         is_needed = (

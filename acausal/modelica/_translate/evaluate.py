@@ -268,6 +268,11 @@ def _builtin(x: e.Builtin, at: Point) -> Value:
     return FUNCTIONS[x.name](*args)
 
 
+def is_supported(name: str) -> bool:
+    """Whether a function of the language has a value."""
+    return name in FUNCTIONS or name in _SPECIAL
+
+
 def _smooth(args: Sequence[Any], at: Point) -> Value:
     order = evaluate(args[0], at)
     return evaluate(args[1], at.without_events() if order >= 1 else at)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .evaluate import NotKnown
+from .evaluate import NotKnown, is_supported
 from .known import Known
 from .leaves import Leaf
 from .paths import Branch, split
@@ -169,6 +169,8 @@ class _Resolution:
                 return self._named("initial_")
             case "Size":
                 return self._size(x)
+        if not is_supported(x.name):
+            raise ModelError(f"the function {x.name.lower()} is not supported.")
         return e.Builtin(x.name, tuple(self.term(arg) for arg in x.args))
 
     def _pre(self, x: Any) -> Any:
@@ -184,7 +186,9 @@ class _Resolution:
         match found:
             case Slot():
                 leaf = self.slots.leaves[found.number]
-                return found if leaf.role in ("param", "time") else self.slots.slot(self.model.previous.leaf(leaf))
+                # In a when-clause, `pre` of a continuous variable is its value: states change after the clause.
+                is_same = leaf.role in ("param", "time") or (leaf.role == "var" and not leaf.is_discrete)
+                return found if is_same else self.slots.slot(self.model.previous.leaf(leaf))
             case e.Subscript():
                 return e.Subscript(self._previous(found.base), found.subs)
             case e.ArrayOf():

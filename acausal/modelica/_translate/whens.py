@@ -131,7 +131,8 @@ class Lowering:
             else:
                 assign.append(e.Assign((e.Target(name),), self._sampled(item)))
             now = e.Ref(name)
-            parts.append(e.Binary("And", now, e.Unary("Not", e.Builtin("Pre", (now,)))))
+            # A condition that is true from the start on has not become true.
+            parts.append(_all([now, e.Unary("Not", e.Builtin("Pre", (now,))), e.Unary("Not", INITIAL)]))
         return _any(parts)
 
     def _state(self, name: str, value: Any, component: str) -> None:
