@@ -13,7 +13,7 @@ from .._extras import needed, panels
 from .._integrate.simulate import simulate
 from .._show.structure import structure
 from ._load import load
-from ._scoreboard.compare import Row, compared
+from ._scoreboard.compare import Compared, compared
 from ._scoreboard.reference import models_in
 from ._scoreboard.table import save, saved, written
 
@@ -118,7 +118,7 @@ def _in_own_process(name: str, options: argparse.Namespace) -> None:
     except subprocess.TimeoutExpired:
         reason = f"longer than {options.limit:g} s"
     if name not in saved(Path(options.rows)):
-        save(Row(name, "run", reason), Path(options.rows))
+        save(Compared(name, "run", reason), Path(options.rows))
 
 
 if __name__ == "__main__":

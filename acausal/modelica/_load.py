@@ -6,7 +6,7 @@ from pathlib import Path
 from .._errors import ModelError
 from ._errors import ModelicaError
 from ._front.flatten import flat_model as front_end
-from ._syntax.flat import FlatModel
+from ._syntax.flat import FlatModelica
 from ._syntax.read import UnknownSyntax
 from ._syntax.read import flat_model as read
 from ._translate.build import component
@@ -33,7 +33,7 @@ def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> Mo
     return component(flat_of(source, model, roots))
 
 
-def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModel:
+def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModelica:
     """The flat model of a Modelica model. Raises `ModelicaError`."""
     content, sources = front_end(source, model, roots)
     try:

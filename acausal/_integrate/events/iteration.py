@@ -89,7 +89,10 @@ def settle(
         goes_on=jnp.any(triggered) | is_start,
         count=zero,
     )
-    iteration, most = Iteration(events, approach, due, args, is_start, truths if earlier is None else earlier), events.total + most_rounds(events)
+    iteration, most = (
+        Iteration(events, approach, due, args, is_start, truths if earlier is None else earlier),
+        events.total + most_rounds(events),
+    )
     end = repeated(lambda r: r.goes_on, iteration.next_round, start, most, events.is_reversible)
     outcome = jnp.where(jnp.any(end.happened & events.stops), STOPPED, 0.0)
     outcome = jnp.where(jnp.any(end.happened & events.refused), REFUSED, outcome)

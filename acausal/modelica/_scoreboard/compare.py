@@ -14,9 +14,9 @@ from ..._errors import AcausalError
 from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
 from .._load import flat_of
-from .._syntax.flat import FlatModel
+from .._syntax.flat import FlatModelica
 from .._translate.build import component
-from .._translate.known import Known
+from .._translate.known import KnownValues
 from .._translate.model import ModelicaModel
 from .._translate.tree import attribute_path
 from .reference import TOLERANCE, Reference, deviation, read_reference
@@ -30,7 +30,7 @@ GRADIENT_TOLERANCE = 1e-3  # between a derivative and the difference
 
 
 @dataclasses.dataclass
-class Row:
+class Compared:
     """What became of a model: the last stage that it reached, or the one that it failed in, with the reason."""
 
     model: str
@@ -42,10 +42,10 @@ class Row:
     gradient: str = ""  # "right", "wrong" with numbers, or why there is none
 
 
-def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient: bool) -> Row:
+def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient: bool) -> Compared:
     """One row of the table. `folder` is that of the model among the references."""
     start = time.monotonic()
-    row = Row(model, "front end")
+    row = Compared(model, "front end")
     try:
         flat = flat_of("", model, roots)
         row.stage, row.equations = "translation", len(flat.equations)
@@ -76,7 +76,7 @@ def _times(reference: Reference | None) -> np.ndarray:
     return times[np.unique(places)]
 
 
-def _deviations(flat: FlatModel, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
+def _deviations(flat: FlatModelica, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
     """The deviation of each signal; infinite for one that the model does not have."""
     found = {}
     for name, values in reference.signals.items():
@@ -88,7 +88,7 @@ def _deviations(flat: FlatModel, solution: Solution, reference: Reference, times
     return found
 
 
-def signal(flat: FlatModel, solution: Solution, name: str) -> np.ndarray | None:
+def signal(flat: FlatModelica, solution: Solution, name: str) -> np.ndarray | None:
     """A signal by its Modelica name, which counts elements from 1; also constants and fixed parameters."""
     base, bracket, index = name.rpartition("[")
     is_element = bool(bracket) and base in flat.variables
@@ -96,7 +96,7 @@ def signal(flat: FlatModel, solution: Solution, name: str) -> np.ndarray | None:
     whole = base if is_element else name
     if attribute_path(whole) in solution:
         return np.asarray(solution[attribute_path(whole)])[(..., *place)]
-    known = Known(flat)
+    known = KnownValues(flat)
     return np.asarray(known[whole], float)[place] if whole in known else None
 
 

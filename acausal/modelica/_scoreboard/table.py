@@ -6,7 +6,7 @@ import json
 from collections.abc import Iterable
 from pathlib import Path
 
-from .compare import Row
+from .compare import Compared
 
 FAILURES = ("front end", "translation", "run")
 
@@ -17,10 +17,10 @@ def library_of(model: str) -> str:
     return ".".join(parts[:2]) if parts and parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
 
 
-def written(rows: Iterable[Row], about: str) -> str:
+def written(rows: Iterable[Compared], about: str) -> str:
     """A page in Markdown: counts by sub-library, and each model that does not agree, with the reason."""
     rows = sorted(rows, key=lambda row: row.model)
-    libraries: dict[str, list[Row]] = collections.defaultdict(list)
+    libraries: dict[str, list[Compared]] = collections.defaultdict(list)
     for row in rows:
         libraries[library_of(row.model)].append(row)
     lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_HEAD]
@@ -36,7 +36,7 @@ _HEAD = [
 ]
 
 
-def _line(name: str, rows: list[Row]) -> str:
+def _line(name: str, rows: list[Compared]) -> str:
     translated = sum(row.stage not in ("front end", "translation") for row in rows)
     run = [row for row in rows if row.stage not in FAILURES]
     compared = sum(row.stage in ("differs", "agrees") for row in run)
@@ -46,22 +46,22 @@ def _line(name: str, rows: list[Row]) -> str:
     return f"| {name} | {len(rows)} | {translated} | {len(run)} | {compared} | {agree} | {right} of {len(checked)} |"
 
 
-def _reason(row: Row) -> str:
+def _reason(row: Compared) -> str:
     if row.stage == "differs":
         worst = max(row.deviations, key=row.deviations.__getitem__)
         return f"{worst} by {row.deviations[worst]:.2g} of its range"
     return row.reason.split("\n")[0].replace("|", "\\|")[:200]
 
 
-def save(row: Row, file: Path) -> None:
+def save(row: Compared, file: Path) -> None:
     """Appends a row to a file of rows."""
     with file.open("a") as lines:
         lines.write(json.dumps(vars(row)) + "\n")
 
 
-def saved(file: Path) -> dict[str, Row]:
+def saved(file: Path) -> dict[str, Compared]:
     """The rows in a file, by model."""
     if not file.exists():
         return {}
-    rows = [Row(**json.loads(line)) for line in file.read_text().splitlines()]
+    rows = [Compared(**json.loads(line)) for line in file.read_text().splitlines()]
     return {row.model: row for row in rows}

@@ -48,7 +48,7 @@ class Builtin:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Call:
+class FunctionCall:
     """A call of a function of the model or library, or of the constructor of a record."""
 
     name: str
@@ -79,7 +79,7 @@ class Comprehension:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Range:
+class RangeOf:
     start: "Expression"
     step: "Expression | None"
     stop: "Expression"
@@ -93,7 +93,7 @@ class TupleOf:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Field:
+class FieldOf:
     """A field of a record, or of each record of an array."""
 
     base: "Expression"
@@ -122,13 +122,13 @@ Expression: TypeAlias = (
     | Unary
     | Binary
     | Builtin
-    | Call
+    | FunctionCall
     | If
     | ArrayOf
     | Comprehension
-    | Range
+    | RangeOf
     | TupleOf
-    | Field
+    | FieldOf
     | Subscript
     | Text
 )
@@ -169,7 +169,7 @@ class While:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class When:
+class WhenClause:
     """`when` and `elsewhen` with their bodies: statements, or equations written as assignments."""
 
     blocks: "tuple[tuple[Expression, Body], ...]"
@@ -199,9 +199,11 @@ class Return:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Break:
+class BreakStatement:
     pass
 
 
-Statement: TypeAlias = Assign | IfStatement | For | While | When | Assert | Reinit | Terminate | Return | Break
+Statement: TypeAlias = (
+    Assign | IfStatement | For | While | WhenClause | Assert | Reinit | Terminate | Return | BreakStatement
+)
 Body: TypeAlias = tuple[Statement, ...]

@@ -3,11 +3,11 @@
 import dataclasses
 from collections.abc import Mapping
 
-from .expressions import Assert, Body, Expression, When
+from .expressions import Assert, Body, Expression, WhenClause
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Place:
+class SourcePlace:
     """A place in the source."""
 
     file: str
@@ -18,7 +18,7 @@ class Place:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Variable:
+class FlatVariable:
     """A variable or parameter by its Modelica path. `type` is Real, Integer, Boolean, String, an enumeration, or the
     class of an external object; `variability` is constant, parameter, discrete or continuous.
     """
@@ -44,17 +44,17 @@ class Variable:
     evaluate: bool
     is_discrete: bool
     is_expandable: bool  # a member of an expandable connector, which exists only if something uses it
-    place: Place | None
+    place: SourcePlace | None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Equation:
+class FlatEquation:
     """An equation as a residual, or as two sides where the left one is a tuple."""
 
     residual: Expression
     component: str
     origin: str  # "component", "connection", "flows" or "open flow"
-    place: Place | None
+    place: SourcePlace | None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -62,7 +62,7 @@ class Algorithm:
     body: Body
     outputs: tuple[str, ...]
     component: str
-    place: Place | None
+    place: SourcePlace | None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -76,7 +76,7 @@ class Formal:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Function:
+class FlatFunction:
     """A function; `external` is the name of its C function and the names of its arguments."""
 
     name: str
@@ -86,21 +86,21 @@ class Function:
     body: Body
     is_constructor: bool
     external: str | None
-    place: Place | None
+    place: SourcePlace | None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class FlatModel:
+class FlatModelica:
     """A flat Modelica model."""
 
     name: str
-    variables: Mapping[str, Variable]
-    equations: tuple[Equation, ...]
-    initial_equations: tuple[Equation, ...]
+    variables: Mapping[str, FlatVariable]
+    equations: tuple[FlatEquation, ...]
+    initial_equations: tuple[FlatEquation, ...]
     asserts: tuple[Assert, ...]
     algorithms: tuple[Algorithm, ...]
     initial_algorithms: tuple[Algorithm, ...]
-    whens: tuple[When, ...]
-    functions: Mapping[str, Function]
+    whens: tuple[WhenClause, ...]
+    functions: Mapping[str, FlatFunction]
     enumerations: Mapping[str, int]  # ordinals of the literals
     records: Mapping[str, tuple[str, tuple[int, ...]]]  # class and sizes of record instances

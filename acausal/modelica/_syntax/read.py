@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from . import expressions as e
-from .flat import Algorithm, Equation, FlatModel, Formal, Function, Place, Variable
+from .flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, Formal, SourcePlace
 
 Json = Mapping[str, Any]
 
@@ -85,13 +85,13 @@ _EXPRESSIONS: dict[str, Callable[[Any], e.Expression]] = {
     "Unary": lambda b: e.Unary(b["op"], expression(b["rhs"])),
     "Binary": lambda b: e.Binary(b["op"], expression(b["lhs"]), expression(b["rhs"])),
     "BuiltinCall": lambda b: e.Builtin(b["function"], _all(b["args"])),
-    "FunctionCall": lambda b: e.Call(_name(b["name"]), _all(b["args"]), bool(b.get("is_constructor"))),
+    "FunctionCall": lambda b: e.FunctionCall(_name(b["name"]), _all(b["args"]), bool(b.get("is_constructor"))),
     "If": lambda b: e.If(tuple((expression(c), expression(v)) for c, v in b["branches"]), expression(b["else_branch"])),
     "Array": lambda b: e.ArrayOf(_all(b["elements"]), _ARRAYS[b["kind"]]),
     "ArrayComprehension": lambda b: e.Comprehension(expression(b["expr"]), _indices(b["indices"])),
-    "Range": lambda b: e.Range(expression(b["start"]), _optional(b["step"]), expression(b["end"])),
+    "Range": lambda b: e.RangeOf(expression(b["start"]), _optional(b["step"]), expression(b["end"])),
     "Tuple": lambda b: e.TupleOf(tuple(_optional(item) for item in b["elements"])),
-    "FieldAccess": lambda b: e.Field(expression(b["base"]), b["field"]),
+    "FieldAccess": lambda b: e.FieldOf(expression(b["base"]), b["field"]),
     "Index": lambda b: e.Subscript(expression(b["base"]), _subscripts(b["subscripts"])),
     "StringConversion": lambda b: e.Text(expression(b["value"])),
 }
@@ -126,7 +126,7 @@ def _brackets(subs: Sequence[Any]) -> str:
 
 
 def _call_statement(body: Json) -> e.Statement:
-    call = e.Call(_name(body["comp"]), _all(body["args"]))
+    call = e.FunctionCall(_name(body["comp"]), _all(body["args"]))
     return e.Assign(tuple(None if node is None else _result(node) for node in body["outputs"]), call)
 
 
@@ -156,11 +156,11 @@ _STATEMENTS: dict[str, Callable[[Any], e.Statement]] = {
     "If": lambda b: e.IfStatement(_blocks(b["cond_blocks"]), _body(b["else_block"] or ())),
     "For": lambda b: e.For(_indices(b["indices"]), _body(b["equations"])),
     "While": lambda b: e.While(expression(b["block"]["cond"]), _body(b["block"]["stmts"])),
-    "When": lambda b: e.When(_blocks(b["blocks"])),
+    "When": lambda b: e.WhenClause(_blocks(b["blocks"])),
     "Assert": _assert,
     "Reinit": lambda b: e.Reinit(_state(b), expression(b["value"])),
     "Return": lambda b: e.Return(),
-    "Break": lambda b: e.Break(),
+    "Break": lambda b: e.BreakStatement(),
 }
 
 
@@ -194,9 +194,9 @@ def _when_body(nodes: Sequence[Any]) -> e.Body:
     return tuple(item for node in nodes for item in _when_equation(node))
 
 
-def _when(node: Json) -> e.When:
+def _when(node: Json) -> e.WhenClause:
     clauses = [node["first"], *node["else_when"]]
-    return e.When(tuple((expression(c["condition"]), _when_body(c["equations"])) for c in clauses))
+    return e.WhenClause(tuple((expression(c["condition"]), _when_body(c["equations"])) for c in clauses))
 
 
 Find = Callable[[int, int], tuple[str, int] | None]  # file and line of an offset in a text of the front end
@@ -207,15 +207,15 @@ class _Places:
 
     def __init__(self, find: Find | None) -> None:
         self._find = find
-        self._known: dict[tuple[int, int], Place | None] = {}
+        self._known: dict[tuple[int, int], SourcePlace | None] = {}
 
-    def __call__(self, span: Any) -> Place | None:
+    def __call__(self, span: Any) -> SourcePlace | None:
         if self._find is None or not isinstance(span, Mapping):
             return None
         key = (span["source"], span["start"])
         if key not in self._known:
             found = self._find(*key)
-            self._known[key] = Place(*found) if found else None
+            self._known[key] = SourcePlace(*found) if found else None
         return self._known[key]
 
 
@@ -224,9 +224,9 @@ def _variability(node: Any) -> str:
     return {"Parameter": "parameter", "Constant": "constant", "Discrete": "discrete"}.get(tag, "continuous")
 
 
-def _variable(node: Json, type_name: str, is_final: bool, place: _Places) -> Variable:
+def _variable(node: Json, type_name: str, is_final: bool, place: _Places) -> FlatVariable:
     causality = node["causality"]
-    return Variable(
+    return FlatVariable(
         name=node["name"],
         type=type_name,
         variability=_variability(node["variability"]),
@@ -255,11 +255,13 @@ def _variable(node: Json, type_name: str, is_final: bool, place: _Places) -> Var
 _ORIGINS = {"Connection": "connection", "FlowSum": "flows", "UnconnectedFlow": "open flow"}
 
 
-def _equation(node: Json, place: _Places) -> Equation:
+def _equation(node: Json, place: _Places) -> FlatEquation:
     origin = node["origin"]
     tag = origin if isinstance(origin, str) else next(iter(origin))
     component = origin[tag].get("component", "") if isinstance(origin, Mapping) else ""
-    return Equation(expression(node["residual"]), component, _ORIGINS.get(tag, "component"), place(node.get("span")))
+    return FlatEquation(
+        expression(node["residual"]), component, _ORIGINS.get(tag, "component"), place(node.get("span"))
+    )
 
 
 def _algorithm(node: Json, place: _Places) -> Algorithm:
@@ -272,9 +274,9 @@ def _formal(node: Json) -> Formal:
     return Formal(node["name"], node["type_name"], _optional(node["default"]), _subscripts(node["shape_expr"]))
 
 
-def _function(node: Json, place: _Places) -> Function:
+def _function(node: Json, place: _Places) -> FlatFunction:
     external = node["external"]
-    return Function(
+    return FlatFunction(
         node["name"],
         tuple(_formal(item) for item in node["inputs"]),
         tuple(_formal(item) for item in node["outputs"]),
@@ -286,11 +288,11 @@ def _function(node: Json, place: _Places) -> Function:
     )
 
 
-def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModel:
+def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModelica:
     """The flat model of the front end; `UnknownSyntax` for what this reader does not know."""
     place = _Places(find)
     types, finals = node["variable_type_names"], node["variable_final_flags"]
-    return FlatModel(
+    return FlatModelica(
         name=name,
         variables={
             key: _variable(item, types.get(key, "Real"), bool(finals.get(key)), place)

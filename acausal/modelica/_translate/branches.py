@@ -30,7 +30,7 @@ class Failed(ModelError):
 
 
 @dataclasses.dataclass(frozen=True)
-class Held:
+class HeldValue:
     """The place of an array in a list."""
 
     number: int
@@ -64,7 +64,7 @@ class _Side:
 
     def type_of(self, value: Any) -> tuple[Any, tuple[int, ...]]:
         """The type and shape of one of its values."""
-        if isinstance(value, Held):
+        if isinstance(value, HeldValue):
             kind = self.program.out_avals[value.number]
             return kind.dtype, kind.shape
         return jnp.result_type(value), np.shape(value)
@@ -79,7 +79,7 @@ def taken(value: Value, arrays: list[jax.Array]) -> Value:
     if is_known(value):
         return value
     arrays.append(value)
-    return Held(len(arrays) - 1)
+    return HeldValue(len(arrays) - 1)
 
 
 def put(value: Value, arrays: Sequence[Any]) -> Value:
@@ -88,7 +88,7 @@ def put(value: Value, arrays: Sequence[Any]) -> Value:
         return {name: put(item, arrays) for name, item in value.items()}
     if isinstance(value, tuple):
         return tuple(put(item, arrays) for item in value)
-    return arrays[value.number] if isinstance(value, Held) else value
+    return arrays[value.number] if isinstance(value, HeldValue) else value
 
 
 def choose(truth: Any, first: Callable[[], Value], second: Callable[[], Value]) -> Value:
@@ -130,7 +130,7 @@ def _spoilt(a: _Side | Failed, b: _Side | Failed, truth: Any) -> Value:
 def _outer(side: _Side, other: _Side) -> Value:
     """The values of a side, with the arrays themselves where the other side has the same ones."""
     shared = {id(array) for array in other.traced}
-    return put(side.values, [x if id(x) in shared else Held(i) for i, x in enumerate(side.traced)])
+    return put(side.values, [x if id(x) in shared else HeldValue(i) for i, x in enumerate(side.traced)])
 
 
 def _merged(a: Value, b: Value, pairs: list[tuple[Any, Any]]) -> Value:
@@ -141,10 +141,10 @@ def _merged(a: Value, b: Value, pairs: list[tuple[Any, Any]]) -> Value:
         return {name: _merged(a[name], b[name], pairs) for name in a}
     if isinstance(a, tuple) and isinstance(b, tuple):
         return tuple(_merged(x, y, pairs) for x, y in zip(a, b, strict=True))
-    if not isinstance(a, Held) and not isinstance(b, Held) and _is_same(a, b):
+    if not isinstance(a, HeldValue) and not isinstance(b, HeldValue) and _is_same(a, b):
         return a
     pairs.append((a, b))
-    return Held(len(pairs) - 1)
+    return HeldValue(len(pairs) - 1)
 
 
 def _absent(value: Value) -> Value:
@@ -153,7 +153,7 @@ def _absent(value: Value) -> Value:
         return {name: _absent(item) for name, item in value.items()}
     if isinstance(value, tuple):
         return tuple(_absent(item) for item in value)
-    return False if isinstance(value, Held) else value
+    return False if isinstance(value, HeldValue) else value
 
 
 def _is_same(a: Value, b: Value) -> bool:

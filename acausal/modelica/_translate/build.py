@@ -13,15 +13,16 @@ import numpy as np
 from ..._declare.component import At, EquationGroup, Events, Follow, Started, When, at, refuse, when
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
+from ..._tracing import is_traced
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, Equation, FlatModel, Place, Variable
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, SourcePlace
 from .clocks import without_clocks
 from .discrete_starts import with_starts
-from .evaluate import NotKnown, Point, evaluate
-from .forms import Form, Residual, Section, form_class
+from .evaluate import NotKnown, Scope, evaluate
+from .forms import AlgorithmForm, Form, Residual, form_class
 from .guesses import propagate
-from .known import Known, is_external, shaped
-from .leaves import Leaf, kind_of, known_unit
+from .known import KnownValues, is_external, shaped
+from .leaves import ModelLeaf, kind_of, known_unit
 from .model import ModelicaModel
 from .resolve import Previous, Resolver, Slots, with_parts
 from .statement_terms import loop_names, targets_of
@@ -34,7 +35,7 @@ _SELECT = {"Never": -1, "Avoid": -1, "Prefer": 1, "Always": 2}
 INITIAL = "initial_"
 
 
-def component(flat: FlatModel) -> ModelicaModel:
+def component(flat: FlatModelica) -> ModelicaModel:
     """The component of a flat model.
 
     Raises `ModelError` for what is not supported, with its place in the model.
@@ -51,22 +52,22 @@ class _Group:
 
 
 class _Build:
-    def __init__(self, flat: FlatModel) -> None:
+    def __init__(self, flat: FlatModelica) -> None:
         self.original = flat
         flat, self.clocked = without_clocks(flat)
         lowered = Lowering(flat).lower()
         variables = {**flat.variables, **lowered.variables}
         self.flat = dataclasses.replace(flat, variables=with_starts(variables, lowered.initial, lowered.equations))
         self.lowered: Lowered = lowered
-        self.known = Known(self.flat)
+        self.known = KnownValues(self.flat)
         self.previous = Previous()
-        self.leaves: dict[str, Leaf] = {}
+        self.leaves: dict[str, ModelLeaf] = {}
         self.resolver = Resolver(self.known, self.leaves, self.previous)
         self.groups: dict[Any, _Group] = {}
-        self.slots_of: dict[Any, list[Leaf]] = {}
-        self._late: list[tuple[Leaf, Variable]] = []  # start values that depend on parameters
+        self.slots_of: dict[Any, list[ModelLeaf]] = {}
+        self._late: list[tuple[ModelLeaf, FlatVariable]] = []  # start values that depend on parameters
         self.determined: list[tuple[str, Any, list[str]]] = []  # path, term, paths of its slots
-        self.equations: list[Equation] = list(lowered.equations)
+        self.equations: list[FlatEquation] = list(lowered.equations)
 
     def component(self) -> ModelicaModel:
         self._make_leaves()
@@ -99,16 +100,16 @@ class _Build:
             if variable.is_expandable and variable.name in self.leaves and variable.name not in used:
                 del self.leaves[variable.name]
 
-    def _all_leaves(self) -> list[Leaf]:
+    def _all_leaves(self) -> list[ModelLeaf]:
         return [*self.leaves.values(), *self.previous.of.values()]
 
     # Leaves
 
     def _make_leaves(self) -> None:
-        self.leaves["time"] = Leaf("time", "time", unit="s")
-        self.leaves[INITIAL] = Leaf(INITIAL, "discrete", "boolean", is_discrete=True, value=1.0)
+        self.leaves["time"] = ModelLeaf("time", "time", unit="s")
+        self.leaves[INITIAL] = ModelLeaf(INITIAL, "discrete", "boolean", is_discrete=True, value=1.0)
         for sample in self.lowered.samples:
-            self.leaves[sample.ticks] = Leaf(sample.ticks, "discrete", "integer", is_discrete=True, value=0.0)
+            self.leaves[sample.ticks] = ModelLeaf(sample.ticks, "discrete", "integer", is_discrete=True, value=0.0)
         waiting = []
         for variable in self.flat.variables.values():
             if variable.name in self.leaves or self.known.has(variable) or 0 in variable.dims:
@@ -129,9 +130,9 @@ class _Build:
             leaf = self.leaves.get(variable.name)
             if leaf is not None and leaf.role == "var" and variable.binding is not None:
                 sides = e.Binary("Sub", e.Ref(variable.name), variable.binding)
-                self.equations.append(Equation(sides, variable.name.rpartition(".")[0], "binding", variable.place))
+                self.equations.append(FlatEquation(sides, variable.name.rpartition(".")[0], "binding", variable.place))
 
-    def _parameters(self, waiting: list[Variable]) -> None:
+    def _parameters(self, waiting: list[FlatVariable]) -> None:
         """The leaves of real parameters: first those with a value, then those that others determine."""
         for variable in waiting:
             if not all(variable.fixed or (True,)):
@@ -144,7 +145,7 @@ class _Build:
             if leaf.role == "param":
                 self._parameter_value(variable, leaf, [])
 
-    def _open_parameter(self, variable: Variable) -> None:
+    def _open_parameter(self, variable: FlatVariable) -> None:
         """A parameter that initial equations determine: a variable that keeps its value."""
         name = variable.name
         leaf = self._leaf(variable, "var")
@@ -152,13 +153,13 @@ class _Build:
         if name in self.lowered.initial:
             leaf.is_discrete = True
             value = e.If(((e.Builtin("Initial", ()), self.lowered.initial.pop(name)),), kept)
-            self.equations.append(Equation(e.Binary("Sub", e.Ref(name), value), "", "initial", variable.place))
+            self.equations.append(FlatEquation(e.Binary("Sub", e.Ref(name), value), "", "initial", variable.place))
         else:
             rest = e.Builtin("Der", (e.Ref(name),))
-            self.equations.append(Equation(e.Binary("Sub", rest, e.Const(0.0)), "", "initial", variable.place))
+            self.equations.append(FlatEquation(e.Binary("Sub", rest, e.Const(0.0)), "", "initial", variable.place))
         self.leaves[name] = leaf
 
-    def _parameter_value(self, variable: Variable, leaf: Leaf, path: list[str]) -> Value:
+    def _parameter_value(self, variable: FlatVariable, leaf: ModelLeaf, path: list[str]) -> Value:
         """The value of a parameter; one with a binding that reads others is determined by them."""
         if leaf.value is not None:
             return leaf.value
@@ -173,11 +174,12 @@ class _Build:
             if any(item.role != "param" for item in slots.leaves):
                 self._becomes_variable(variable)
                 return None
-            values = [self._parameter_value(item.variable, item, [*path, variable.name]) for item in slots.leaves]
+            others = [(item.variable, item) for item in slots.leaves if item.variable is not None]
+            values = [self._parameter_value(other, item, [*path, variable.name]) for other, item in others]
             if any(value is None for value in values):
                 self._becomes_variable(variable)
                 return None
-            value = number(evaluate(term, Point(self.known.library, values)))
+            value = number(evaluate(term, Scope(self.known.library, values)))
             if slots.leaves:
                 self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
         leaf.value = _as_leaf(shaped(value, variable))
@@ -185,13 +187,13 @@ class _Build:
         leaf.is_positive = low is not None and low >= 0 and bool(np.all(np.asarray(leaf.value) > 0))
         return leaf.value
 
-    def _becomes_variable(self, variable: Variable) -> None:
+    def _becomes_variable(self, variable: FlatVariable) -> None:
         """A parameter whose binding reads one that initial equations determine."""
         self.leaves[variable.name] = dataclasses.replace(self._leaf(variable, "var"), is_discrete=False)
         # Terms made so far may hold the parameter; they are made anew from names.
 
-    def _leaf(self, variable: Variable, role: Any) -> Leaf:
-        return Leaf(
+    def _leaf(self, variable: FlatVariable, role: Any) -> ModelLeaf:
+        return ModelLeaf(
             variable.name,
             role,
             kind_of(variable.type),
@@ -203,7 +205,7 @@ class _Build:
             variable=variable,
         )
 
-    def _nominal(self, variable: Variable) -> float | None:
+    def _nominal(self, variable: FlatVariable) -> float | None:
         if variable.type != "Real":
             return 1.0
         found = self._number(variable.nominal)
@@ -218,7 +220,7 @@ class _Build:
             return None
         return float(np.max(value)) if np.size(value) else None
 
-    def _variable(self, variable: Variable) -> Leaf:
+    def _variable(self, variable: FlatVariable) -> ModelLeaf:
         leaf = self._leaf(variable, "var")
         if variable.start is not None:
             try:
@@ -227,7 +229,7 @@ class _Build:
                 self._late.append((leaf, variable))
         return leaf
 
-    def _start(self, leaf: Leaf, variable: Variable, value: Value) -> None:
+    def _start(self, leaf: ModelLeaf, variable: FlatVariable, value: Value) -> None:
         """The start value of a variable: a guess, unless it is fixed."""
         value = _as_leaf(shaped(value, variable))
         leaf.guess, leaf.has_guess = _nested(np.asarray(value).tolist()), bool(np.any(np.asarray(value) != 0.0))
@@ -243,11 +245,11 @@ class _Build:
             if any(item.role != "param" for item in slots.leaves):
                 continue
             values = [item.value for item in slots.leaves]
-            self._start(leaf, variable, number(evaluate(term, Point(self.known.library, values))))
+            self._start(leaf, variable, number(evaluate(term, Scope(self.known.library, values))))
             if leaf.value is not None or leaf.path in self.clocked.stored:
                 self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
 
-    def _is_start(self, equation: Equation) -> bool:
+    def _is_start(self, equation: FlatEquation) -> bool:
         """Takes an initial equation between a variable and parameters as its start value, if it has none."""
         x = equation.residual
         if not isinstance(x, e.Binary) or x.op != "Sub":
@@ -260,7 +262,7 @@ class _Build:
             term = self.resolver.term(right, slots)
             if any(item.role != "param" for item in slots.leaves):
                 continue
-            value = evaluate(term, Point(self.known.library, [item.value for item in slots.leaves]))
+            value = evaluate(term, Scope(self.known.library, [item.value for item in slots.leaves]))
             if isinstance(value, dict) or np.shape(value) not in ((), leaf.dims):
                 continue
             assert leaf.variable is not None
@@ -272,7 +274,7 @@ class _Build:
 
     # Equations
 
-    def _equation(self, equation: Equation, *, is_initial: bool) -> None:
+    def _equation(self, equation: FlatEquation, *, is_initial: bool) -> None:
         if self._is_text(equation.residual):
             return
         slots = Slots()
@@ -321,7 +323,11 @@ class _Build:
             outputs.append((name, slot, before))
         if outputs:
             self._add(
-                Section(body, tuple(outputs)), slots, algorithm.component, False, _where(algorithm.place, "algorithm")
+                AlgorithmForm(body, tuple(outputs)),
+                slots,
+                algorithm.component,
+                False,
+                _where(algorithm.place, "algorithm"),
             )
 
     def _equation_groups(self, places: dict[str, int]) -> list[EquationGroup]:
@@ -344,7 +350,7 @@ class _Build:
         def determine(leaves: Sequence[Any]) -> Sequence[Any]:
             new = list(leaves)
             for place, term, reads in steps:
-                new[place] = _as_leaf(number(evaluate(term, Point(library, [_scalar(new[i]) for i in reads]))))
+                new[place] = _as_leaf(number(evaluate(term, Scope(library, [_scalar(new[i]) for i in reads]))))
             return new
 
         return staticmethod(determine)
@@ -390,7 +396,7 @@ class _Build:
         def events(self: Any) -> Events:
             made: dict[str, Any] = {}
             for number_of, (kind, target, terms, paths) in enumerate(found):
-                values = Point(library, [value_at(self, path) for path in paths], in_condition=True)
+                values = Scope(library, [value_at(self, path) for path in paths], in_condition=True)
                 found_values = [evaluate(term, values) for term in terms]
                 if kind in ("at", "when", "started"):
                     made[f"_{kind}_{number_of}"] = _tick_event(kind, target, found_values)
@@ -405,7 +411,7 @@ class _Build:
                     )
                 else:
                     broken = _all_of([item for item in (first, _negation(second)) if item is not True])
-                    if isinstance(broken, jax.core.Tracer):
+                    if is_traced(broken):
                         made[f"assert_{number_of}"] = refuse(broken, target)
             follow = {
                 attribute_path(previous[name].path): _followed(value_at(self, attribute_path(name)), previous[name])
@@ -452,18 +458,18 @@ def _all_of(truths: Sequence[Value]) -> Value:
     return ft.reduce(jnp.logical_and, truths) if truths else True
 
 
-def _followed(value: Any, leaf: Leaf) -> Any:
+def _followed(value: Any, leaf: ModelLeaf) -> Any:
     """A value that `pre` follows. Truths and integers have no derivatives."""
     value = jnp.asarray(value, float)
     return value if leaf.kind == "real" else jax.lax.stop_gradient(value)
 
 
-def _said(equation: Equation) -> str:
+def _said(equation: FlatEquation) -> str:
     """How messages name an equation in a component: by file and line."""
     return _where(equation.place, "equation") if equation.origin == "component" else equation.origin
 
 
-def _where(place: Place | None, otherwise: str) -> str:
+def _where(place: SourcePlace | None, otherwise: str) -> str:
     return f"{Path(place.file).name}:{place.line}" if place else otherwise
 
 
@@ -504,7 +510,7 @@ def _as_leaf(value: Value) -> Any:
 
 def _scalar(value: Any) -> Any:
     """A known scalar as a Python number, with which expressions evaluate fast."""
-    if isinstance(value, jax.core.Tracer) or np.ndim(value):
+    if is_traced(value) or np.ndim(value):
         return value
     return float(value)
 

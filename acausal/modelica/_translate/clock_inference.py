@@ -7,10 +7,10 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatModel
+from .._syntax.flat import FlatModelica
 from .clock_partitions import Base, Clock, Partitions
 from .evaluate import NotKnown, parts_of
-from .known import Known, variables_in
+from .known import KnownValues, variables_in
 from .paths import split
 
 CONVERSIONS = {
@@ -26,9 +26,9 @@ _LOGICAL = {"And", "Or", "Lt", "Le", "Gt", "Ge", "Eq", "Neq"}
 class Inference:
     """The clocks of a flat model. Nodes of its partitions are names of variables, and numbers of expressions."""
 
-    def __init__(self, flat: FlatModel) -> None:
+    def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
-        self.known = Known(flat)
+        self.known = KnownValues(flat)
         self.partitions = Partitions()
         self._numbers = itertools.count(1)
         self._inner: dict[int, Hashable] = {}  # nodes of arguments, by the identity of the operator

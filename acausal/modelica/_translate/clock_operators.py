@@ -6,7 +6,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Equation, Variable
+from .._syntax.flat import FlatEquation, FlatVariable
 from .clock_inference import CONVERSIONS, Inference
 from .clock_partitions import Base, Clock
 from .clock_ticks import TIME, Grid, binary
@@ -17,11 +17,11 @@ _SOLVERS = ("ExplicitEuler", "ImplicitEuler", "ImplicitTrapezoid")
 class Operators:
     """Replaces the operators. `variables` are all of the model, `stored` those that events set."""
 
-    def __init__(self, inference: Inference, variables: dict[str, Variable]) -> None:
+    def __init__(self, inference: Inference, variables: dict[str, FlatVariable]) -> None:
         self.inference = inference
         self.variables = variables
         self.stored: set[str] = set()
-        self.equations: list[Equation] = []
+        self.equations: list[FlatEquation] = []
         self.grids: dict[Base, Grid] = {}
         self._made: dict[tuple[str, str, Clock | None], str] = {}
         for clock in sorted(inference.partitions.clocks(), key=lambda clock: clock.base.number):
@@ -180,7 +180,7 @@ class Operators:
 
     # New variables
 
-    def _new(self, word: str, of: str, clock: Clock | None) -> tuple[Variable, bool]:
+    def _new(self, word: str, of: str, clock: Clock | None) -> tuple[FlatVariable, bool]:
         """A variable that is named after another one, and whether it is new."""
         key, is_new = (word, of, clock), (word, of, clock) not in self._made
         if is_new:
@@ -190,23 +190,23 @@ class Operators:
         variable = plain_variable("time", "Real") if of == "time" else self.variables[of]
         return dataclasses.replace(variable, name=self._made[key]), is_new
 
-    def _store(self, variable: Variable, start: Any = None) -> str:
+    def _store(self, variable: FlatVariable, start: Any = None) -> str:
         start = variable.start if start is None else start
         self.stored.add(variable.name)
         self.variables[variable.name] = dataclasses.replace(discrete(variable), start=start, fixed=(True,))
         return variable.name
 
     def _equate(self, name: str, value: Any) -> None:
-        self.equations.append(Equation(e.Binary("Sub", e.Ref(name), value), name.rpartition(".")[0], "clock", None))
+        self.equations.append(FlatEquation(e.Binary("Sub", e.Ref(name), value), name.rpartition(".")[0], "clock", None))
 
 
-def discrete(variable: Variable) -> Variable:
+def discrete(variable: FlatVariable) -> FlatVariable:
     """A variable that changes at events only, whose start value is only that of `previous`."""
     return dataclasses.replace(variable, variability="discrete", binding=None, fixed=())
 
 
-def plain_variable(name: str, type_name: str) -> Variable:
-    return Variable(
+def plain_variable(name: str, type_name: str) -> FlatVariable:
+    return FlatVariable(
         name, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
         False, False, True, False, True, False, None,
     )  # fmt: skip

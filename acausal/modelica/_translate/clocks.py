@@ -11,7 +11,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, Equation, FlatModel, Variable
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .clock_inference import OPERATORS, Inference
 from .clock_operators import Operators, discrete
 from .clock_partitions import Clock
@@ -28,12 +28,12 @@ class Clocked:
     ticks: tuple[Tick, ...] = ()
 
 
-def without_clocks(flat: FlatModel) -> tuple[FlatModel, Clocked]:
+def without_clocks(flat: FlatModelica) -> tuple[FlatModelica, Clocked]:
     """The flat model without synchronous elements. Raises `ModelError` for clocks that contradict each other."""
     return _Rewriting(flat).rewritten() if _has_clocks(flat) else (flat, Clocked())
 
 
-def _has_clocks(flat: FlatModel) -> bool:
+def _has_clocks(flat: FlatModelica) -> bool:
     if any(variable.type == "Clock" for variable in flat.variables.values()):
         return True
     found: list[Any] = [*(x.residual for x in flat.equations), *flat.whens, *(a.body for a in flat.algorithms)]
@@ -50,15 +50,15 @@ def _reads(x: Any, test: Callable[[e.Builtin], bool]) -> bool:
 class _Rewriting:
     """Takes up all clocks, and then rewrites the equations."""
 
-    def __init__(self, flat: FlatModel) -> None:
+    def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
         self.inference = Inference(flat)
-        self.equations: list[tuple[Equation, Hashable]] = []  # with the nodes of their clocks
+        self.equations: list[tuple[FlatEquation, Hashable]] = []  # with the nodes of their clocks
         self.algorithms: list[tuple[Algorithm, Hashable]] = []
         self.asserts: list[tuple[e.Assert, Hashable]] = []
         self.operators: Operators
 
-    def rewritten(self) -> tuple[FlatModel, Clocked]:
+    def rewritten(self) -> tuple[FlatModelica, Clocked]:
         flat = self.flat
         whens = [when for when in flat.whens if not self._read_when(when)]
         self._read()
@@ -87,7 +87,7 @@ class _Rewriting:
 
     # Taking up
 
-    def _read_when(self, when: e.When) -> bool:
+    def _read_when(self, when: e.WhenClause) -> bool:
         """Takes up the body of a when-clause with a clock as equations."""
         (condition, body), *others = when.blocks
         if not self.inference.is_clock(condition):
@@ -98,14 +98,14 @@ class _Rewriting:
         self.inference.partitions.mark(node)
         for names, value in _assigned(body).items():
             left = e.Ref(names[0]) if len(names) == 1 else e.TupleOf(tuple(e.Ref(n) if n else None for n in names))
-            self._take(Equation(e.Binary("Sub", left, value), "", "when", None), node)
+            self._take(FlatEquation(e.Binary("Sub", left, value), "", "when", None), node)
         for s in body:
             if isinstance(s, e.Assert):
                 self.inference.read(s, node)
                 self.asserts.append((s, node))
         return True
 
-    def _take(self, equation: Equation, node: Hashable) -> None:
+    def _take(self, equation: FlatEquation, node: Hashable) -> None:
         self.inference.read(equation.residual, node)
         self.equations.append((equation, node))
 
@@ -143,12 +143,12 @@ class _Rewriting:
     def _clock(self, node: Hashable) -> Clock | None:
         return self.inference.partitions.clock(node)
 
-    def _variable(self, variable: Variable) -> Variable:
+    def _variable(self, variable: FlatVariable) -> FlatVariable:
         if variable.variability in ("constant", "parameter") or self._clock(variable.name) is None:
             return variable
         return dataclasses.replace(discrete(variable), binding=variable.binding)
 
-    def _of(self, equation: Equation, node: Hashable) -> Equation:
+    def _of(self, equation: FlatEquation, node: Hashable) -> FlatEquation:
         return dataclasses.replace(equation, residual=self.operators.of(equation.residual, self._clock(node)))
 
     def _assert(self, demand: e.Assert, node: Hashable) -> e.Assert:

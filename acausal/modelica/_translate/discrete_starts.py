@@ -10,12 +10,12 @@ from collections.abc import Mapping
 from typing import Any
 
 from .._syntax import expressions as e
-from .._syntax.flat import Equation, Variable
+from .._syntax.flat import FlatEquation, FlatVariable
 
 
 def with_starts(
-    variables: Mapping[str, Variable], initial: Mapping[str, Any], equations: list[Equation]
-) -> dict[str, Variable]:
+    variables: Mapping[str, FlatVariable], initial: Mapping[str, Any], equations: list[FlatEquation]
+) -> dict[str, FlatVariable]:
     """The variables, with start values of those that are discrete and follow from constants in initial equations."""
     values = {name: x for name, x in initial.items() if isinstance(x, e.Const) and name in variables}
     pairs = [pair for equation in equations if (pair := _pair(equation.residual)) is not None]

@@ -16,7 +16,7 @@ from .._syntax import expressions as e
 from .branches import choose
 from .builtins import FUNCTIONS
 from .complex_numbers import is_complex, operation
-from .terms import Opaque, Rate, RecordOf, Slot
+from .terms import Opaque, Rate, RecordOf, SlotValue
 from .values import Value, is_known, number, plain, power, product, select, stacked
 
 
@@ -24,44 +24,44 @@ class NotKnown(Exception):
     """An expression that is not known while equations are translated; it names what is missing."""
 
 
-class Functions(Protocol):
+class FunctionLibrary(Protocol):
     """Calls of functions of the model by name, with all their results."""
 
     def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]: ...
 
 
 @dataclasses.dataclass(frozen=True)
-class Point:
+class Scope:
     """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`.
     `in_condition`: relations are conditions of events.
     """
 
-    functions: Functions
+    functions: FunctionLibrary
     values: Sequence[Value] = ()
     rates: Sequence[Value] = ()
     locals: Mapping[str, Value] = dataclasses.field(default_factory=dict)
     holds: bool = False
     in_condition: bool = False
 
-    def without_events(self) -> "Point":
+    def without_events(self) -> "Scope":
         return dataclasses.replace(self, holds=False)
 
-    def knowing(self, **names: Value) -> "Point":
+    def knowing(self, **names: Value) -> "Scope":
         return dataclasses.replace(self, locals=ChainMap(names, self.locals))  # pyright: ignore[reportArgumentType]
 
 
-def evaluate(x: Any, at: Point) -> Value:
+def evaluate(x: Any, at: Scope) -> Value:
     """The value of an expression. Raises `NotKnown` for a name that has none."""
     return _BY_CLASS[type(x)](x, at)
 
 
-def _first(x: Any, at: Point) -> Value:
+def _first(x: Any, at: Scope) -> Value:
     """The value of an expression inside another one: of several results of a function the first one."""
     value = evaluate(x, at)
     return value[0] if isinstance(value, tuple) else value
 
 
-def _slot(x: Slot, at: Point) -> Value:
+def _slot(x: SlotValue, at: Scope) -> Value:
     value = at.values[x.number]
     if x.kind != "boolean":
         return value
@@ -69,12 +69,12 @@ def _slot(x: Slot, at: Point) -> Value:
     return value > 0.5 if at.in_condition else value != 0.0
 
 
-def _ref(x: e.Ref, at: Point) -> Value:
+def _ref(x: e.Ref, at: Scope) -> Value:
     found = _local(x.name, at)
     return subscripted(found, x.subs, at) if x.subs else found
 
 
-def _local(name: str, at: Point) -> Value:
+def _local(name: str, at: Scope) -> Value:
     if name in at.locals:
         return at.locals[name]
     head, _, rest = name.rpartition(".")
@@ -86,7 +86,7 @@ def _local(name: str, at: Point) -> Value:
     return found[rest]
 
 
-def subscripted(value: Value, subs: Sequence[Any], at: Point) -> Value:
+def subscripted(value: Value, subs: Sequence[Any], at: Scope) -> Value:
     """Elements of an array; Modelica counts from 1."""
     if isinstance(value, dict):
         return {name: subscripted(item, subs, at) for name, item in value.items()}
@@ -100,7 +100,7 @@ def subscripted(value: Value, subs: Sequence[Any], at: Point) -> Value:
     return plain(value[index])
 
 
-def _index(sub: Any, value: Value, axis: int, at: Point) -> Any:
+def _index(sub: Any, value: Value, axis: int, at: Scope) -> Any:
     if isinstance(sub, e.Colon):
         return slice(None)
     found = evaluate(sub, at.knowing(end=np.shape(value)[axis]))
@@ -143,7 +143,7 @@ def _quotient(a: Value, b: Value) -> Value:
     return a / b
 
 
-def _binary(x: e.Binary, at: Point) -> Value:
+def _binary(x: e.Binary, at: Scope) -> Value:
     if x.op in ("And", "Or"):
         return _logic(x, at)
     if x.op in _RELATIONS:
@@ -164,7 +164,7 @@ def _record_operation(op: str, a: dict[str, Value], b: Value) -> Value:
     raise ModelError(f"the operator {op} of records is not supported.")
 
 
-def _logic(x: e.Binary, at: Point) -> Value:
+def _logic(x: e.Binary, at: Scope) -> Value:
     a = evaluate(x.left, at)
     is_and = x.op == "And"
     if is_known(a) and np.ndim(a) == 0 and bool(a) != is_and:
@@ -179,7 +179,7 @@ def _logic(x: e.Binary, at: Point) -> Value:
     return jnp.logical_and(a, b) if is_and else jnp.logical_or(a, b)
 
 
-def _relation(x: e.Binary, at: Point) -> Value:
+def _relation(x: e.Binary, at: Scope) -> Value:
     a, b = _first(x.left, at), _first(x.right, at)
     if x.op in ("Lt", "Le", "Gt", "Ge"):
         a, b = number(a), number(b)
@@ -200,7 +200,7 @@ def reads_rates(x: Any) -> bool:
 
 def only_discrete(x: Any) -> bool:
     """Whether an expression changes at events only."""
-    if isinstance(x, Slot):
+    if isinstance(x, SlotValue):
         return x.is_discrete
     if isinstance(x, Rate):
         return False
@@ -226,7 +226,7 @@ def parts_of(x: Any) -> list[Any]:
     return found
 
 
-def _unary(x: e.Unary, at: Point) -> Value:
+def _unary(x: e.Unary, at: Scope) -> Value:
     value = _first(x.arg, at)
     if x.op == "Not":
         return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
@@ -235,7 +235,7 @@ def _unary(x: e.Unary, at: Point) -> Value:
     return -number(value) if x.op in ("Minus", "MinusElem") else number(value)
 
 
-def _if(x: e.If, at: Point) -> Value:
+def _if(x: e.If, at: Scope) -> Value:
     for position, (condition, value) in enumerate(x.branches, 1):
         truth = evaluate(condition, at)
         if is_known(truth):
@@ -253,12 +253,12 @@ def _is_harmless(x: Any) -> bool:
     """Whether an expression and its derivatives are finite wherever its parts are."""
     if isinstance(x, e.Binary) and x.op not in ("Add", "Sub", "Mul", "AddElem", "SubElem", "MulElem"):
         return False
-    if isinstance(x, e.Call | e.Builtin | e.If | e.Comprehension):
+    if isinstance(x, e.FunctionCall | e.Builtin | e.If | e.Comprehension):
         return False
     return all(_is_harmless(part) for part in parts_of(x))
 
 
-def _builtin(x: e.Builtin, at: Point) -> Value:
+def _builtin(x: e.Builtin, at: Scope) -> Value:
     special = _SPECIAL.get(x.name)
     if special is not None:
         return special(x.args, at)
@@ -273,23 +273,23 @@ def is_supported(name: str) -> bool:
     return name in FUNCTIONS or name in _SPECIAL
 
 
-def _smooth(args: Sequence[Any], at: Point) -> Value:
+def _smooth(args: Sequence[Any], at: Scope) -> Value:
     order = evaluate(args[0], at)
     return evaluate(args[1], at.without_events() if order >= 1 else at)
 
 
-def _semilinear(args: Sequence[Any], at: Point) -> Value:
+def _semilinear(args: Sequence[Any], at: Scope) -> Value:
     zero, (x, up, down) = e.Const(0.0), args
     return evaluate(e.If(((e.Binary("Ge", x, zero), e.Binary("Mul", up, x)),), e.Binary("Mul", down, x)), at)
 
 
-def _derivative(args: Sequence[Any], at: Point) -> Value:
+def _derivative(args: Sequence[Any], at: Scope) -> Value:
     (x,) = args
     if not at.rates:
         raise NotKnown("a derivative")
-    if isinstance(x, Slot):
+    if isinstance(x, SlotValue):
         return at.rates[x.number]
-    if isinstance(x, e.Subscript) and isinstance(x.base, Slot):
+    if isinstance(x, e.Subscript) and isinstance(x.base, SlotValue):
         return subscripted(at.rates[x.base.number], x.subs, at)
     moving = [i for i, rate in enumerate(at.rates) if rate is not None]
 
@@ -307,7 +307,7 @@ def _unknown(name: str) -> Value:
     raise NotKnown(name)
 
 
-_SPECIAL: dict[str, Callable[[Sequence[Any], Point], Value]] = {
+_SPECIAL: dict[str, Callable[[Sequence[Any], Scope], Value]] = {
     "NoEvent": lambda args, at: evaluate(args[0], at.without_events()),
     "Smooth": _smooth,
     "SemiLinear": _semilinear,
@@ -318,7 +318,7 @@ _SPECIAL: dict[str, Callable[[Sequence[Any], Point], Value]] = {
 }
 
 
-def _array(x: e.ArrayOf, at: Point) -> Value:
+def _array(x: e.ArrayOf, at: Scope) -> Value:
     values = [_first(item, at) for item in x.elements]
     if x.kind == "array":
         return stacked([number(v) if any(not is_known(w) for w in values) else v for v in values])
@@ -327,13 +327,13 @@ def _array(x: e.ArrayOf, at: Point) -> Value:
     return xp.concatenate(matrices, axis=1 if x.kind == "row" else 0)
 
 
-def _comprehension(x: e.Comprehension, at: Point) -> Value:
+def _comprehension(x: e.Comprehension, at: Scope) -> Value:
     (name, over), *rest = x.indices
     body = e.Comprehension(x.body, tuple(rest)) if rest else x.body
     return stacked([evaluate(body, at.knowing(**{name: plain(item)})) for item in evaluate(over, at)])
 
 
-def _range(x: e.Range, at: Point) -> Value:
+def _range(x: e.RangeOf, at: Scope) -> Value:
     start, stop = evaluate(x.start, at), evaluate(x.stop, at)
     step = 1 if x.step is None else evaluate(x.step, at)
     if not all(is_known(value) for value in (start, stop, step)):
@@ -343,45 +343,45 @@ def _range(x: e.Range, at: Point) -> Value:
     return np.array(values) if values else np.zeros(0, int)
 
 
-def _field(x: e.Field, at: Point) -> Value:
+def _field(x: e.FieldOf, at: Scope) -> Value:
     base = _first(x.base, at)
     if not isinstance(base, dict) or x.name not in base:
         raise NotKnown(x.name)
     return base[x.name]
 
 
-def _call(x: e.Call, at: Point) -> Value:
+def _call(x: e.FunctionCall, at: Scope) -> Value:
     results = at.functions.call(x.name, [_first(arg, at) for arg in x.args])
     return results[0] if len(results) == 1 else results
 
 
-def _tuple(x: e.TupleOf, at: Point) -> Value:
+def _tuple(x: e.TupleOf, at: Scope) -> Value:
     return tuple(None if item is None else evaluate(item, at) for item in x.elements)
 
 
-def _text(x: e.Text, at: Point) -> Value:
+def _text(x: e.Text, at: Scope) -> Value:
     value = evaluate(x.arg, at)
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-_BY_CLASS: dict[type, Callable[[Any, Point], Value]] = {
+_BY_CLASS: dict[type, Callable[[Any, Scope], Value]] = {
     e.Const: lambda x, at: x.value,
     e.Ref: _ref,
     e.Unary: _unary,
     e.Binary: _binary,
     e.Builtin: _builtin,
-    e.Call: _call,
+    e.FunctionCall: _call,
     e.If: _if,
     e.ArrayOf: _array,
     e.Comprehension: _comprehension,
-    e.Range: _range,
+    e.RangeOf: _range,
     e.TupleOf: _tuple,
-    e.Field: _field,
+    e.FieldOf: _field,
     e.Subscript: lambda x, at: subscripted(_first(x.base, at), x.subs, at),
     e.Text: _text,
-    Slot: _slot,
+    SlotValue: _slot,
     Rate: lambda x, at: at.rates[x.number],
     RecordOf: lambda x, at: {name: evaluate(item, at) for name, item in x.fields},
     Opaque: lambda x, at: x.value,

@@ -14,10 +14,10 @@ from ..._declare.component import Component, Equations, eq
 from ..._declare.node import derived
 from ..._declare.sizes import Sizes
 from .._syntax import expressions as e
-from .evaluate import Functions, Point, evaluate
-from .leaves import Leaf
+from .evaluate import FunctionLibrary, Scope, evaluate
+from .leaves import ModelLeaf
 from .statements import execute
-from .terms import RecordOf, Slot
+from .terms import RecordOf, SlotValue
 from .values import Value, number
 
 
@@ -27,7 +27,7 @@ class Residual:
 
     term: Any
 
-    def residuals(self, at: Point) -> list[Value]:
+    def residuals(self, at: Scope) -> list[Value]:
         if isinstance(self.term, e.Binary) and self.term.op == "Sub":
             left, right = as_numbers(self.term.left), as_numbers(self.term.right)
             return _differences(evaluate(left, at), evaluate(right, at))
@@ -35,13 +35,13 @@ class Residual:
 
 
 @dataclasses.dataclass(frozen=True)
-class Section:
+class AlgorithmForm:
     """An algorithm: its statements, and for each name that it sets the slot and the value before it."""
 
     body: e.Body
     outputs: tuple[tuple[str, Any, Any], ...]
 
-    def residuals(self, at: Point) -> list[Value]:
+    def residuals(self, at: Scope) -> list[Value]:
         names = {name: evaluate(before, at) for name, _, before in self.outputs}
         execute(self.body, names, at)
         found = []
@@ -53,9 +53,9 @@ class Section:
 def as_numbers(x: Any) -> Any:
     """A side of an equation whose Boolean variables count as numbers, for which the equation can be solved."""
     match x:
-        case Slot(kind="boolean"):
+        case SlotValue(kind="boolean"):
             return dataclasses.replace(x, kind="real")
-        case e.Subscript() | e.Field():
+        case e.Subscript() | e.FieldOf():
             return dataclasses.replace(x, base=as_numbers(x.base))
         case e.ArrayOf() | e.TupleOf():
             return dataclasses.replace(x, elements=tuple(item and as_numbers(item) for item in x.elements))
@@ -81,14 +81,14 @@ def _differences(left: Value, right: Value) -> list[Value]:
     return [left - number(right)]
 
 
-Form = Residual | Section
+Form = Residual | AlgorithmForm
 
 
-class Equation(Component, partial=True):
+class EquationForm(Component, partial=True):
     """Base class of forms of Modelica equations."""
 
 
-def declaration_of(leaf: Leaf) -> Declaration:
+def declaration_of(leaf: ModelLeaf) -> Declaration:
     """The declaration of a leaf."""
     return Declaration(
         role=leaf.role,
@@ -102,13 +102,15 @@ def declaration_of(leaf: Leaf) -> Declaration:
     )
 
 
-def form_class(form: Form, leaves: Sequence[Leaf], functions: Functions, *, is_initial: bool, name: str) -> Component:
+def form_class(
+    form: Form, leaves: Sequence[ModelLeaf], functions: FunctionLibrary, *, is_initial: bool, name: str
+) -> Component:
     """A component whose leaves are the slots of a form."""
     names = [f"x{i}" for i in range(len(leaves))]
     has_rate = [leaf.role == "var" for leaf in leaves]
 
     def equations(self: Any, d: Any) -> Equations:
-        at = Point(
+        at = Scope(
             functions,
             [getattr(self, name) for name in names],
             [getattr(d, name) if moves else None for name, moves in zip(names, has_rate, strict=True)],
@@ -120,7 +122,7 @@ def form_class(form: Form, leaves: Sequence[Leaf], functions: Functions, *, is_i
 
     digest = hashlib.sha256(repr((form, [dataclasses.astuple(declaration_of(leaf)) for leaf in leaves])).encode())
     cls = node_class(
-        Equation,
+        EquationForm,
         f"Equation_{digest.hexdigest()[:16]}",
         {name: declaration_of(leaf) for name, leaf in zip(names, leaves, strict=True)},
         {"initial_equations" if is_initial else "equations": equations},

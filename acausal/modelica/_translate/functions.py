@@ -11,11 +11,11 @@ import numpy as np
 from ..._errors import ModelError
 from ..._tracing import is_traced
 from .._syntax import expressions as e
-from .._syntax.flat import Formal, Function
+from .._syntax.flat import FlatFunction, Formal
 from .branches import put, taken
-from .evaluate import NotKnown, Point, evaluate
+from .evaluate import NotKnown, Scope, evaluate
 from .external import BY_NAME, EXTERNAL
-from .programs import Program, hashable, is_large
+from .programs import TracedFunction, hashable, is_large
 from .statements import execute
 from .values import Value, is_known
 
@@ -26,9 +26,9 @@ _ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String
 class Library:
     """The functions of a flat model, and the values of its constants."""
 
-    functions: Mapping[str, Function]
+    functions: Mapping[str, FlatFunction]
     constants: Mapping[str, Value] = dataclasses.field(default_factory=dict)
-    programs: dict[Any, Program] = dataclasses.field(default_factory=dict, compare=False)
+    programs: dict[Any, TracedFunction] = dataclasses.field(default_factory=dict, compare=False)
 
     def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]:
         """The results of a function, from arguments by position."""
@@ -50,7 +50,7 @@ class Library:
             return (dict(names),)
         return self._once(function, names) if is_large(function) else self._results(function, names)
 
-    def _once(self, function: Function, names: dict[str, Value]) -> tuple[Value, ...]:
+    def _once(self, function: FlatFunction, names: dict[str, Value]) -> tuple[Value, ...]:
         """The results of a function that is traced once for each shape of its arguments."""
         arrays: list[jax.Array] = []
         inputs = taken(names, arrays)
@@ -58,20 +58,22 @@ class Library:
             return self._results(function, names)
         key = (function.name, hashable(inputs), *((array.dtype, array.shape) for array in arrays))
         if key not in self.programs:
-            self.programs[key] = Program(function.name, lambda values: self._results(function, put(inputs, values)))
+            self.programs[key] = TracedFunction(
+                function.name, lambda values: self._results(function, put(inputs, values))
+            )
         return self.programs[key](arrays)
 
-    def _results(self, function: Function, given: dict[str, Value]) -> tuple[Value, ...]:
+    def _results(self, function: FlatFunction, given: dict[str, Value]) -> tuple[Value, ...]:
         names = dict(given)
-        at = Point(self, locals=self.constants)
+        at = Scope(self, locals=self.constants)
         for formal in (*function.outputs, *function.locals):
             names[formal.name] = self._initial(formal, at.knowing(**names))
         execute(function.body, names, at)
         return tuple(names[formal.name] for formal in function.outputs)
 
-    def _given(self, function: Function, args: Sequence[Value]) -> dict[str, Value]:
+    def _given(self, function: FlatFunction, args: Sequence[Value]) -> dict[str, Value]:
         names: dict[str, Value] = {}
-        at = Point(self, locals=self.constants)
+        at = Scope(self, locals=self.constants)
         for position, formal in enumerate(function.inputs):
             if position < len(args):
                 names[formal.name] = _without_derivative(args[position]) if formal.type == "Integer" else args[position]
@@ -81,7 +83,7 @@ class Library:
                 raise ModelError(f"the argument {formal.name} of {function.name} is missing.")
         return names
 
-    def _initial(self, formal: Formal, at: Point) -> Value:
+    def _initial(self, formal: Formal, at: Scope) -> Value:
         if formal.default is not None:
             return evaluate(formal.default, at)
         zero = _ZEROS.get(formal.type)
@@ -99,7 +101,7 @@ class Library:
         constructor = self.functions.get(type_name)
         if constructor is None:
             return {}
-        at = Point(self, locals=self.constants)
+        at = Scope(self, locals=self.constants)
         return {item.name: self._initial(item, at) for item in constructor.inputs}
 
 

@@ -12,16 +12,16 @@ import numpy as np
 
 from ..._errors import AcausalError
 from .._syntax import expressions as e
-from .evaluate import NotKnown, Point, evaluate, parts_of
+from .evaluate import NotKnown, Scope, evaluate, parts_of
 from .forms import Residual
-from .leaves import Leaf
-from .terms import Rate, Slot
+from .leaves import ModelLeaf
+from .terms import Rate, SlotValue
 from .values import Value, number
 
 SWEEPS = 8
 
 
-def propagate(groups: Mapping[Any, Any], leaves: Mapping[str, Leaf], functions: Any) -> None:
+def propagate(groups: Mapping[Any, Any], leaves: Mapping[str, ModelLeaf], functions: Any) -> None:
     """Sets the guesses of scalar real variables without one, in a few sweeps over all equations."""
     for _ in range(SWEEPS):
         found = 0
@@ -40,9 +40,9 @@ def propagate(groups: Mapping[Any, Any], leaves: Mapping[str, Leaf], functions: 
 
 def _carried(left: Any, right: Any, leaves: list[Any], functions: Any) -> bool:
     """Takes the value of one side as the guess of the variable on the other side."""
-    if not isinstance(left, Slot):
+    if not isinstance(left, SlotValue):
         return False
-    leaf: Leaf = leaves[left.number]
+    leaf: ModelLeaf = leaves[left.number]
     if leaf.role != "var" or leaf.kind != "real" or leaf.dims or leaf.has_guess or leaf.value is not None:
         return False
     reads = slots_in(right)
@@ -51,7 +51,7 @@ def _carried(left: Any, right: Any, leaves: list[Any], functions: Any) -> bool:
     values = [_number(other) if place in reads else None for place, other in enumerate(leaves)]
     try:
         with np.errstate(all="ignore"):
-            value = number(evaluate(right, Point(functions, values)))
+            value = number(evaluate(right, Scope(functions, values)))
     except (NotKnown, AcausalError, TypeError, ValueError, IndexError, ZeroDivisionError, OverflowError):
         return False
     if not isinstance(value, int | float) or not np.isfinite(value) or value == 0.0:
@@ -60,17 +60,17 @@ def _carried(left: Any, right: Any, leaves: list[Any], functions: Any) -> bool:
     return True
 
 
-def _is_known(leaf: Leaf) -> bool:
+def _is_known(leaf: ModelLeaf) -> bool:
     return leaf.role == "param" or leaf.has_guess or leaf.value is not None
 
 
 @ft.lru_cache(maxsize=4096)
 def slots_in(x: Any) -> frozenset[int]:
     """The slots that a term reads."""
-    own = {x.number} if isinstance(x, Slot | Rate) else set()
+    own = {x.number} if isinstance(x, SlotValue | Rate) else set()
     return frozenset(own.union(*(slots_in(part) for part in parts_of(x))))
 
 
-def _number(leaf: Leaf) -> Value:
+def _number(leaf: ModelLeaf) -> Value:
     value = np.asarray(leaf.guess if leaf.value is None else leaf.value, float)
     return float(value) if value.ndim == 0 else value

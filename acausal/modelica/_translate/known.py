@@ -8,24 +8,24 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatModel, Variable
-from .evaluate import NotKnown, Point, evaluate
+from .._syntax.flat import FlatModelica, FlatVariable
+from .evaluate import NotKnown, Scope, evaluate
 from .functions import Library
-from .paths import Branch, split, tree_of
+from .paths import VariableTree, split, tree_of
 from .values import Value, plain
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
 _NUMBERS = ("Real", "Integer", "Boolean", "String")
 
 
-class Known(Mapping[str, Value]):
+class KnownValues(Mapping[str, Value]):
     """The known values of a flat model by name, evaluated when they are asked for.
 
     Constants are known, and all parameters except real ones. A real parameter is known if it is declared to be
     evaluated, or if something that is known reads it, such as the table of an external object.
     """
 
-    def __init__(self, flat: FlatModel) -> None:
+    def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
         self.tree = tree_of(flat.variables.values())
         self.library = Library(flat.functions, self)
@@ -47,7 +47,7 @@ class Known(Mapping[str, Value]):
                         if inner is not None:
                             self._settle(inner)
 
-    def has(self, variable: Variable) -> bool:
+    def has(self, variable: FlatVariable) -> bool:
         """Whether the value of a variable is known."""
         if variable.variability == "constant":
             return True
@@ -57,7 +57,7 @@ class Known(Mapping[str, Value]):
             return True
         return variable.evaluate and self._reads_known(variable)
 
-    def _reads_known(self, variable: Variable) -> bool:
+    def _reads_known(self, variable: FlatVariable) -> bool:
         """Whether the binding of a parameter reads known values only."""
         stated = variable.start if variable.binding is None else variable.binding
         read = [v for name in names_in(stated) for v in variables_in(self.tree.find(split(name)))] if stated else []
@@ -65,13 +65,13 @@ class Known(Mapping[str, Value]):
 
     def value(self, x: Any, **names: Value) -> Value:
         """The value of an expression. Raises `NotKnown`."""
-        return evaluate(self._sized(x), Point(self.library, locals=self).knowing(**names))
+        return evaluate(self._sized(x), Scope(self.library, locals=self).knowing(**names))
 
     def _sized(self, x: Any) -> Any:
         """An expression with the sizes of variables, which are known even where their values are not."""
         if isinstance(x, tuple):
             return tuple(self._sized(item) for item in x)
-        if not dataclasses.is_dataclass(x) or isinstance(x, e.Const | e.Ref):
+        if not dataclasses.is_dataclass(x) or isinstance(x, type | e.Const | e.Ref):
             return x
         if isinstance(x, e.Builtin) and x.name == "Size" and isinstance(x.args[0], e.Ref) and not x.args[0].subs:
             variable = self.flat.variables.get(x.args[0].name)
@@ -79,7 +79,7 @@ class Known(Mapping[str, Value]):
                 return e.Const(variable.dims[int(self.value(x.args[1])) - 1])
         return dataclasses.replace(x, **{f.name: self._sized(getattr(x, f.name)) for f in dataclasses.fields(x)})
 
-    def value_of(self, variable: Variable) -> Value:
+    def value_of(self, variable: FlatVariable) -> Value:
         """The value of a constant or parameter from its binding or start value; zero if it has none."""
         name = variable.name
         if name in self._found:
@@ -95,7 +95,7 @@ class Known(Mapping[str, Value]):
         self._found[name] = shaped(value, variable)
         return self._found[name]
 
-    def _zero(self, variable: Variable) -> Value:
+    def _zero(self, variable: FlatVariable) -> Value:
         zero = ZEROS.get(variable.type, 0 if variable.type == "Integer" else 1)
         return np.full(variable.dims, zero) if variable.dims else zero
 
@@ -122,7 +122,7 @@ class Known(Mapping[str, Value]):
             raise KeyError(name)
         return self._whole(branch, name)
 
-    def _whole(self, branch: Branch | list | None, name: str) -> Value:
+    def _whole(self, branch: VariableTree | list | None, name: str) -> Value:
         """A record, or an array of records, all of whose fields are known."""
         if branch is None:
             raise KeyError(name)
@@ -141,7 +141,7 @@ class Known(Mapping[str, Value]):
         return sum(1 for _ in self)
 
 
-def shaped(value: Value, variable: Variable) -> Value:
+def shaped(value: Value, variable: FlatVariable) -> Value:
     """A value with the declared shape: an attribute of an array may be given by one number."""
     if isinstance(value, dict) or not variable.dims:
         return plain(value)
@@ -150,10 +150,10 @@ def shaped(value: Value, variable: Variable) -> Value:
     return value
 
 
-def is_external(variable: Variable, flat: FlatModel) -> bool:
+def is_external(variable: FlatVariable, flat: FlatModelica) -> bool:
     """Whether a variable is an external object, such as a table: its binding calls the constructor of its class."""
     call = variable.binding
-    if variable.type in _NUMBERS or not isinstance(call, e.Call):
+    if variable.type in _NUMBERS or not isinstance(call, e.FunctionCall):
         return False
     function = flat.functions.get(call.name)
     has_name = call.name.rpartition(".")[2] == variable.type.rpartition(".")[2]
@@ -170,7 +170,7 @@ def names_in(x: Any) -> Iterator[str]:
         yield from names_in(part)
 
 
-def variables_in(branch: Any) -> Iterator[Variable]:
+def variables_in(branch: Any) -> Iterator[FlatVariable]:
     """The variables in a branch of the tree of variables."""
     if isinstance(branch, list):
         for item in branch:

@@ -4,14 +4,14 @@ import dataclasses
 from typing import Any, Literal
 
 from ..._units.parsing import UnknownUnit, is_coherent
-from .._syntax.flat import Variable
+from .._syntax.flat import FlatVariable
 
 Role = Literal["param", "var", "discrete", "time"]
 _KINDS = {"Real": "real", "Boolean": "boolean"}
 
 
 @dataclasses.dataclass
-class Leaf:
+class ModelLeaf:
     """A leaf of the model. `value` is that of a parameter, or a start value that is given; None otherwise. `guess` is
     the start value of a variable that is not given.
     """
@@ -28,7 +28,7 @@ class Leaf:
     guess: float | tuple[Any, ...] = 0.0
     value: Any = None
     has_guess: bool = False  # whether the model states the guess
-    variable: Variable | None = None
+    variable: FlatVariable | None = None
 
 
 def kind_of(type_name: str) -> str:

@@ -7,7 +7,7 @@ import jax
 from ..._declare.component import Component
 
 if TYPE_CHECKING:
-    from .._syntax.flat import FlatModel
+    from .._syntax.flat import FlatModelica
 
 
 class ModelicaModel(Component, partial=True):
@@ -16,7 +16,7 @@ class ModelicaModel(Component, partial=True):
     Members of arrays of components count from 1, as in Modelica: `model.cell[1]` is the first.
     """
 
-    flat: ClassVar["FlatModel"]
+    flat: ClassVar["FlatModelica"]
 
     def __reduce__(self) -> Any:
         leaves = jax.tree_util.tree_leaves(self)
@@ -27,7 +27,7 @@ def _all_leaves(model: ModelicaModel) -> list[Any]:
     return jax.tree_util.tree_leaves(model, is_leaf=lambda x: x is None)
 
 
-def _rebuilt(flat: "FlatModel", leaves: list[Any], given: list[bool]) -> ModelicaModel:
+def _rebuilt(flat: "FlatModelica", leaves: list[Any], given: list[bool]) -> ModelicaModel:
     """A model from its flat model and its leaves, which are None where no start value is given."""
     from .build import component
 

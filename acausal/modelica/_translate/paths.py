@@ -4,7 +4,7 @@ import dataclasses
 import re
 from collections.abc import Iterable
 
-from .._syntax.flat import Variable
+from .._syntax.flat import FlatVariable
 
 _PART = re.compile(r"(?P<name>'(?:[^'\\]|\\.)*'|[^.\[\]]+)(?:\[(?P<index>[^\]]*)\])?(?:\.|$)")
 Index = tuple[int, ...]
@@ -20,14 +20,14 @@ def split(path: str) -> list[tuple[str, Index]]:
 
 
 @dataclasses.dataclass
-class Branch:
+class VariableTree:
     """A variable, the parts of a component or record by name, or the members of an array of components by index."""
 
-    variable: Variable | None = None
-    parts: "dict[str, Branch]" = dataclasses.field(default_factory=dict)
-    members: "dict[Index, Branch]" = dataclasses.field(default_factory=dict)
+    variable: FlatVariable | None = None
+    parts: "dict[str, VariableTree]" = dataclasses.field(default_factory=dict)
+    members: "dict[Index, VariableTree]" = dataclasses.field(default_factory=dict)
 
-    def find(self, parts: list[tuple[str, Index]]) -> "Branch | list | None":
+    def find(self, parts: list[tuple[str, Index]]) -> "VariableTree | list | None":
         """The branch of a path. A list of branches, if the path leaves out the index of an array."""
         if not parts:
             return self
@@ -44,14 +44,14 @@ class Branch:
         return part.find(rest)
 
 
-def tree_of(variables: Iterable[Variable]) -> Branch:
+def tree_of(variables: Iterable[FlatVariable]) -> VariableTree:
     """The variables of a flat model as a tree."""
-    root = Branch()
+    root = VariableTree()
     for variable in variables:
         here = root
         for name, index in split(variable.name):
-            here = here.parts.setdefault(name, Branch())
+            here = here.parts.setdefault(name, VariableTree())
             if index:
-                here = here.members.setdefault(index, Branch())
+                here = here.members.setdefault(index, VariableTree())
         here.variable = variable
     return root

@@ -8,7 +8,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._syntax.flat import Function
+from .._syntax.flat import FlatFunction
 from .branches import put, taken
 from .evaluate import parts_of
 from .values import Value
@@ -16,7 +16,7 @@ from .values import Value
 _LARGE = 30
 
 
-class Program:
+class TracedFunction:
     """A function of arrays whose results are values; those that are known are found when it is traced."""
 
     def __init__(self, name: str, compute: Callable[[Sequence[Any]], Value]) -> None:
@@ -47,7 +47,7 @@ def hashable(value: Value) -> Any:
 
 
 @cache
-def is_large(function: Function) -> bool:
+def is_large(function: FlatFunction) -> bool:
     """Whether a body is worth a program of its own."""
     return _size(function.body) >= _LARGE
 

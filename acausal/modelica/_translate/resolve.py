@@ -10,11 +10,11 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .evaluate import NotKnown, is_supported
-from .known import Known
-from .leaves import Leaf
-from .paths import Branch, split
+from .known import KnownValues
+from .leaves import ModelLeaf
+from .paths import VariableTree, split
 from .statement_terms import resolved_body
-from .terms import Opaque, RecordOf, Slot
+from .terms import Opaque, RecordOf, SlotValue
 from .values import Value, is_known
 
 
@@ -22,14 +22,14 @@ class Slots:
     """The leaves that a term reads, in the order of their slots."""
 
     def __init__(self) -> None:
-        self.leaves: list[Leaf] = []
+        self.leaves: list[ModelLeaf] = []
         self._places: dict[str, int] = {}
 
-    def slot(self, leaf: Leaf) -> Slot:
+    def slot(self, leaf: ModelLeaf) -> SlotValue:
         if leaf.path not in self._places:
             self._places[leaf.path] = len(self.leaves)
             self.leaves.append(leaf)
-        return Slot(self._places[leaf.path], leaf.kind, leaf.is_discrete or leaf.role == "param")
+        return SlotValue(self._places[leaf.path], leaf.kind, leaf.is_discrete or leaf.role == "param")
 
 
 @dataclasses.dataclass
@@ -39,8 +39,8 @@ class Resolver:
     `leaves` are those of the model by Modelica name. `previous` makes the leaf that holds `pre` of another one.
     """
 
-    known: Known
-    leaves: Mapping[str, Leaf]
+    known: KnownValues
+    leaves: Mapping[str, ModelLeaf]
     previous: "Previous"
 
     def term(self, x: Any, slots: Slots, local: frozenset[str] = frozenset()) -> Any:
@@ -56,9 +56,9 @@ class Previous:
     """The leaves that hold the values of `pre`."""
 
     def __init__(self) -> None:
-        self.of: dict[str, Leaf] = {}
+        self.of: dict[str, ModelLeaf] = {}
 
-    def leaf(self, leaf: Leaf) -> Leaf:
+    def leaf(self, leaf: ModelLeaf) -> ModelLeaf:
         """The discrete leaf for `pre` of a leaf."""
         if leaf.path not in self.of:
             head, dot, last = leaf.path.rpartition(".")
@@ -84,7 +84,7 @@ class _Resolution:
                 return self._if(x)
             case e.Builtin():
                 return self._builtin(x)
-            case e.Field():
+            case e.FieldOf():
                 return field(self.term(x.base), x.name)
             case e.Subscript():
                 return element(self.term(x.base), self._subs(x.subs))
@@ -124,7 +124,7 @@ class _Resolution:
             return element(self._named(base), tuple(e.Const(int(i)) for i in index[:-1].split(",")))
         return self._whole(self.model.known.tree.find(split(name)), name)
 
-    def _whole(self, branch: Branch | list | None, name: str) -> Any:
+    def _whole(self, branch: VariableTree | list | None, name: str) -> Any:
         if branch is None:
             raise ModelError(f"the name {name} is unknown.")
         if isinstance(branch, list):
@@ -184,7 +184,7 @@ class _Resolution:
 
     def _previous(self, found: Any) -> Any:
         match found:
-            case Slot():
+            case SlotValue():
                 leaf = self.slots.leaves[found.number]
                 # In a when-clause, `pre` of a continuous variable is its value: states change after the clause.
                 is_same = leaf.role in ("param", "time") or (leaf.role == "var" and not leaf.is_discrete)
@@ -201,7 +201,7 @@ class _Resolution:
 
     def _size(self, x: e.Builtin) -> Any:
         base = self.term(x.args[0])
-        if isinstance(base, Slot):
+        if isinstance(base, SlotValue):
             dims = self.slots.leaves[base.number].dims
             if len(x.args) == 1:
                 return constant(np.array(dims, int), str(dims))
@@ -231,7 +231,7 @@ def field(term: Any, name: str) -> Any:
         return e.ArrayOf(tuple(field(item, name) for item in term.elements), "array")
     if isinstance(term, e.Subscript):
         return e.Subscript(field(term.base, name), term.subs)
-    return e.Field(term, name)
+    return e.FieldOf(term, name)
 
 
 def element(term: Any, subs: tuple[Any, ...]) -> Any:

@@ -27,7 +27,7 @@ def _resolved(s: e.Statement, term: Term) -> e.Statement:
             return e.While(term(s.condition), resolved_body(s.body, term))
         case e.Assert():
             return e.Assert(term(s.condition), term(s.message), s.is_warning)
-        case e.Return() | e.Break():
+        case e.Return() | e.BreakStatement():
             return s
     raise ModelError(f"a {type(s).__name__.lower()} statement is not supported in an algorithm.")
 
@@ -42,7 +42,7 @@ def targets_of(body: e.Body) -> list[str]:
     for s in body:
         if isinstance(s, e.Assign):
             found.update((t.name, None) for t in s.targets if t is not None)
-        elif isinstance(s, e.IfStatement | e.When):
+        elif isinstance(s, e.IfStatement | e.WhenClause):
             for _, inner in s.blocks:
                 found.update((name, None) for name in targets_of(inner))
             if isinstance(s, e.IfStatement):
@@ -58,7 +58,7 @@ def loop_names(body: e.Body) -> set[str]:
     for s in body:
         if isinstance(s, e.For):
             found |= {name for name, _ in s.indices}
-        inner = [b for _, b in s.blocks] if isinstance(s, e.IfStatement | e.When) else []
+        inner = [b for _, b in s.blocks] if isinstance(s, e.IfStatement | e.WhenClause) else []
         inner += [s.otherwise] if isinstance(s, e.IfStatement) else []
         inner += [s.body] if isinstance(s, e.For | e.While) else []
         for body_inside in inner:

@@ -10,14 +10,14 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .branches import Failed, choose
-from .evaluate import NotKnown, Point, _index, evaluate
+from .evaluate import NotKnown, Scope, _index, evaluate
 from .values import Value, is_known, plain, select
 
 Status = Literal["on", "break", "return"]
 Names = dict[str, Value]
 
 
-def execute(body: Sequence[e.Statement], names: Names, at: Point) -> Status:
+def execute(body: Sequence[e.Statement], names: Names, at: Scope) -> Status:
     """Executes statements, which change `names`."""
     for position, statement in enumerate(body):
         match statement:
@@ -37,7 +37,7 @@ def execute(body: Sequence[e.Statement], names: Names, at: Point) -> Status:
                     return status
             case e.Return():
                 return "return"
-            case e.Break():
+            case e.BreakStatement():
                 return "break"
             case e.Assert():
                 check(statement, _here(names, at))
@@ -46,11 +46,11 @@ def execute(body: Sequence[e.Statement], names: Names, at: Point) -> Status:
     return "on"
 
 
-def _here(names: Names, at: Point) -> Point:
+def _here(names: Names, at: Scope) -> Scope:
     return at.knowing(**names)
 
 
-def check(statement: e.Assert, at: Point) -> None:
+def check(statement: e.Assert, at: Scope) -> None:
     """Raises `Failed` for an assertion that is known to be violated."""
     try:
         truth = evaluate(statement.condition, at)
@@ -60,7 +60,7 @@ def check(statement: e.Assert, at: Point) -> None:
         raise Failed(f"assertion failed: {evaluate(statement.message, at)}")
 
 
-def _assign(statement: e.Assign, names: Names, at: Point) -> None:
+def _assign(statement: e.Assign, names: Names, at: Scope) -> None:
     here = _here(names, at)
     value = evaluate(statement.value, here)
     if len(statement.targets) == 1 and not (isinstance(value, tuple) and statement.targets[0] is not None):
@@ -72,7 +72,7 @@ def _assign(statement: e.Assign, names: Names, at: Point) -> None:
             store(target, item, names, here)
 
 
-def store(target: e.Target, value: Value, names: Names, at: Point) -> None:
+def store(target: e.Target, value: Value, names: Names, at: Scope) -> None:
     """Assigns a value to a name, to a field of a record, or to elements of an array."""
     if target.name in names or "." not in target.name:
         names[target.name] = _replaced(names.get(target.name), target.subs, value, at)
@@ -81,14 +81,14 @@ def store(target: e.Target, value: Value, names: Names, at: Point) -> None:
     names[head] = _in_record(names[head], fields, target.subs, value, at)
 
 
-def _in_record(record: Value, fields: list[str], subs: tuple[Any, ...], value: Value, at: Point) -> Value:
+def _in_record(record: Value, fields: list[str], subs: tuple[Any, ...], value: Value, at: Scope) -> Value:
     if not fields:
         return _replaced(record, subs, value, at)
     inner = _in_record(record[fields[0]], fields[1:], subs, value, at)
     return {**record, fields[0]: inner}
 
 
-def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Point) -> Value:
+def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value:
     if not subs:
         return value
     if isinstance(old, dict):
@@ -105,7 +105,7 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Point) -> Value
 def _leaves(body: Sequence[e.Statement]) -> bool:
     """Whether a body contains `return` or `break`."""
     for s in body:
-        if isinstance(s, e.Return | e.Break):
+        if isinstance(s, e.Return | e.BreakStatement):
             return True
         inner = [b for _, b in s.blocks] + [s.otherwise] if isinstance(s, e.IfStatement) else []
         inner += [s.body] if isinstance(s, e.For | e.While) else []
@@ -114,7 +114,7 @@ def _leaves(body: Sequence[e.Statement]) -> bool:
     return False
 
 
-def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at: Point) -> Status | None:
+def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at: Scope) -> Status | None:
     """Executes an if-statement. If a branch of an unknown condition leaves the body, executes the rest in each branch,
     and returns the status at its end.
     """
@@ -161,7 +161,7 @@ def merge(truth: Value, first: Mapping[str, Value], second: Mapping[str, Value],
         names[name] = a if a is b else b if a is None else a if b is None else select(truth, a, b)
 
 
-def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Point) -> Status:
+def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Scope) -> Status:
     (name, over), *rest = indices
     outer = names.get(name)
     for item in evaluate(over, _here(names, at)):
@@ -178,7 +178,7 @@ def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Poi
     return "on"
 
 
-def _while(statement: e.While, names: Names, at: Point) -> Status:
+def _while(statement: e.While, names: Names, at: Scope) -> Status:
     for _ in range(100_000):
         truth = evaluate(statement.condition, _here(names, at))
         if not is_known(truth):
@@ -191,7 +191,7 @@ def _while(statement: e.While, names: Names, at: Point) -> Status:
     raise ModelError("a while loop does not end.")
 
 
-def _traced_while(statement: e.While, names: Names, at: Point) -> Status:
+def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
     """A loop whose condition is unknown before a run. Its names keep their types."""
 
     def step(state: Names) -> Names:
@@ -235,7 +235,7 @@ def _carried(names: Names, shapes: Names) -> Names:
     return {name: jax.tree.map(array, names[name], like) for name, like in shapes.items()}
 
 
-def _most_turns(statement: e.While, names: Names, at: Point) -> int | None:
+def _most_turns(statement: e.While, names: Names, at: Scope) -> int | None:
     """The largest number of turns of a loop that counts: `while i < n and ...` with `i := i + 1`."""
     for relation in _conjuncts(statement.condition):
         if isinstance(relation, e.Binary) and relation.op in ("Lt", "Le") and isinstance(relation.left, e.Ref):

@@ -6,7 +6,7 @@ from .._syntax.expressions import Expression
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Slot:
+class SlotValue:
     """The value of a leaf. `kind`: "real", "integer" or "boolean"; `is_discrete` if only events change it."""
 
     number: int

@@ -8,17 +8,17 @@ from typing import Any
 from ..._declare.component import Component
 from ..._declare.fields import FromOne
 from .forms import declaration_of, instance, node_class
-from .leaves import Leaf
+from .leaves import ModelLeaf
 from .paths import Index, split
 
 
-class Part(Component, partial=True):
+class ModelicaPart(Component, partial=True):
     """A component or record of a Modelica model."""
 
 
 @dataclasses.dataclass
 class _Branch:
-    leaf: Leaf | None = None
+    leaf: ModelLeaf | None = None
     parts: "dict[str, _Branch]" = dataclasses.field(default_factory=dict)
     members: "dict[Index, _Branch]" = dataclasses.field(default_factory=dict)
 
@@ -32,7 +32,7 @@ def attribute(name: str) -> str:
     return f"{text}_" if keyword.iskeyword(text) or hasattr(Component, text) else text
 
 
-def tree(leaves: Iterable[Leaf], base: type, name: str, namespace: dict[str, Any]) -> Any:
+def tree(leaves: Iterable[ModelLeaf], base: type, name: str, namespace: dict[str, Any]) -> Any:
     """The root component of the leaves."""
     root = _Branch()
     for leaf in leaves:
@@ -64,7 +64,7 @@ def _node(branch: _Branch, base: type, name: str, namespace: dict[str, Any]) -> 
 
 def _part(branch: _Branch, name: str) -> Any:
     if not branch.members:
-        return _node(branch, Part, f"Part_{attribute(name)}", {})
+        return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})
     return _members(list(branch.members.items()), name)
 
 
@@ -79,4 +79,4 @@ def _members(items: list[tuple[Index, _Branch]], name: str) -> FromOne:
 
 
 def _member(branch: _Branch, name: str) -> Any:
-    return _node(branch, Part, f"Part_{attribute(name)}", {})
+    return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})

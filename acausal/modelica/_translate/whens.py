@@ -10,13 +10,13 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, Equation, FlatModel, Variable
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 
 INITIAL = e.Builtin("Initial", ())
 
 
 @dataclasses.dataclass(frozen=True)
-class Sample:
+class SampleClock:
     """A clock: the discrete variable that counts its ticks, the time of the first one and the interval."""
 
     ticks: str
@@ -34,7 +34,7 @@ class Reset:
 
 
 @dataclasses.dataclass(frozen=True)
-class Demand:
+class Assertion:
     """A condition that must hold, always or while `active`."""
 
     active: str | None
@@ -46,21 +46,21 @@ class Demand:
 class Lowered:
     """A flat model without when-clauses: additional variables and equations, and events."""
 
-    variables: dict[str, Variable]
-    equations: list[Equation]
+    variables: dict[str, FlatVariable]
+    equations: list[FlatEquation]
     algorithms: list[Algorithm]
-    samples: list[Sample]
+    samples: list[SampleClock]
     resets: list[Reset]
-    demands: list[Demand]
+    demands: list[Assertion]
     initial: dict[str, Any]  # values of discrete variables and parameters at the start
-    initial_equations: list[Equation]
+    initial_equations: list[FlatEquation]
     discrete: set[str]
 
 
 class Lowering:
     """Replaces when-clauses, samples and initial equations of discrete variables."""
 
-    def __init__(self, flat: FlatModel) -> None:
+    def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
         self.numbers = itertools.count(1)
         self.out = Lowered({}, [], [], [], [], [], {}, [], set())
@@ -77,7 +77,7 @@ class Lowering:
             out.algorithms.append(algorithm)
         for demand in flat.asserts:
             if not demand.is_warning:
-                out.demands.append(Demand(None, self._sampled(demand.condition), demand.message))
+                out.demands.append(Assertion(None, self._sampled(demand.condition), demand.message))
         for equation in flat.equations:
             out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
         return out
@@ -89,7 +89,7 @@ class Lowering:
         match x:
             case e.Builtin("Sample", args) if len(args) == 2:
                 ticks = self._variable("ticks", "Integer")
-                self.out.samples.append(Sample(ticks, *args))
+                self.out.samples.append(SampleClock(ticks, *args))
                 return e.Binary("Gt", e.Ref(ticks), e.Builtin("Pre", (e.Ref(ticks),)))
             case tuple():
                 return tuple(self._sampled(item) for item in x)
@@ -102,7 +102,7 @@ class Lowering:
     def _variable(self, name: str, type_name: str) -> str:
         full = f"{name}_{next(self.numbers)}"
         self.out.discrete.add(full)
-        self.out.variables[full] = Variable(
+        self.out.variables[full] = FlatVariable(
             full, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
             False, False, True, False, True, False, None,
         )  # fmt: skip
@@ -136,9 +136,11 @@ class Lowering:
         return _any(parts)
 
     def _state(self, name: str, value: Any, component: str) -> None:
-        self.out.equations.append(Equation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None))
+        self.out.equations.append(
+            FlatEquation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None)
+        )
 
-    def _when_equations(self, when: e.When) -> dict[tuple[str, ...], list[tuple[str, Any]]]:
+    def _when_equations(self, when: e.WhenClause) -> dict[tuple[str, ...], list[tuple[str, Any]]]:
         """The variables that a when-clause sets: for each, the names of the active conditions with the values."""
         earlier: list[Any] = []
         found: dict[tuple[str, ...], list[tuple[str, Any]]] = {}
@@ -166,10 +168,10 @@ class Lowering:
                     self.out.resets.append(Reset(active, s.state, s.value))
                 case e.Assert():
                     if not s.is_warning:
-                        self.out.demands.append(Demand(active, s.condition, s.message))
+                        self.out.demands.append(Assertion(active, s.condition, s.message))
                 case e.Terminate():
                     # A run cannot end early as if it were complete: it ends with this reason.
-                    self.out.demands.append(Demand(active, e.Const(False), s.message))
+                    self.out.demands.append(Assertion(active, e.Const(False), s.message))
                 case e.IfStatement():
                     inner = [(c, self._values(b, active)) for c, b in s.blocks]
                     other = self._values(s.otherwise, active)
@@ -184,14 +186,14 @@ class Lowering:
 
     def _assigned(self, assigned: dict[tuple[str, ...], list[tuple[str, Any]]]) -> None:
         for names, values in assigned.items():
-            branches = [(e.Ref(active), self._sampled(value)) for active, value in values]
+            branches: list[tuple[Any, Any]] = [(e.Ref(active), self._sampled(value)) for active, value in values]
             if len(names) == 1 and names[0] in self.out.initial:
                 branches.insert(0, (INITIAL, self.out.initial.pop(names[0])))
             left = e.Ref(names[0]) if len(names) == 1 else e.TupleOf(tuple(e.Ref(n) if n else None for n in names))
             right = e.If(tuple(branches), _previous(names))
             # Relations in a when-clause cause no events of their own.
             right = e.Builtin("NoEvent", (right,))
-            self.out.equations.append(Equation(e.Binary("Sub", left, right), "", "when", None))
+            self.out.equations.append(FlatEquation(e.Binary("Sub", left, right), "", "when", None))
 
     # When-clauses in algorithms
 
@@ -204,7 +206,7 @@ class Lowering:
         found: list[e.Statement] = []
         for s in body:
             match s:
-                case e.When():
+                case e.WhenClause():
                     found += self._when_statement(s, added)
                 case e.IfStatement():
                     blocks = tuple((self._sampled(c), self._body(b, added)) for c, b in s.blocks)
@@ -215,7 +217,7 @@ class Lowering:
                     found.append(self._sampled(s))
         return tuple(found)
 
-    def _when_statement(self, when: e.When, added: list[str]) -> list[e.Statement]:
+    def _when_statement(self, when: e.WhenClause, added: list[str]) -> list[e.Statement]:
         from .statement_terms import targets_of
 
         before: list[e.Statement] = []
