@@ -1,0 +1,84 @@
+"""Loaded Modelica models are components like any other."""
+
+import pickle
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+from acausal import ParameterError, parameters, replace, simulate, structure
+from acausal.modelica import load
+
+pytest.importorskip("rumoca")
+
+TEXT = """
+package P
+  model Cell "A body that cools"
+    parameter Real c = 2;
+    Real T(start = 10, fixed = true);
+  equation
+    c * der(T) = -T;
+  end Cell;
+  model Pack
+    parameter Real base = 2;
+    parameter Integer n = 2;
+    Cell cell[n](c = {base, 3 * base});
+    Real lambda;
+  equation
+    lambda = cell[1].T + cell[2].T;
+  end Pack;
+end P;
+"""
+
+
+@pytest.fixture(scope="module")
+def pack() -> Any:
+    return load(TEXT, "P.Pack")
+
+
+def end(model: Any) -> Any:
+    return simulate(model, 1.0, rtol=1e-10, save="end")["lambda_"][-1]
+
+
+def exact(base: float) -> float:
+    return 10.0 * (np.exp(-1.0 / base) + np.exp(-1.0 / (3.0 * base)))
+
+
+def test_parameters_follow_others_in_values_and_derivatives(pack: Any) -> None:
+    def changed(base: Any) -> Any:
+        return eqx.tree_at(lambda m: m.base, pack, jnp.asarray(base))
+
+    slope = 10.0 * (np.exp(-0.5) / 4.0 + np.exp(-1.0 / 6.0) / 12.0)
+    assert end(pack) == pytest.approx(exact(2.0), rel=1e-8)
+    assert end(changed(4.0)) == pytest.approx(exact(4.0), rel=1e-8)
+    assert jax.grad(lambda b: end(changed(b)))(2.0) == pytest.approx(slope, rel=1e-6)
+    assert jax.jvp(lambda b: end(changed(b)), (2.0,), (1.0,))[1] == pytest.approx(slope, rel=1e-6)
+    several = jax.vmap(lambda b: end(changed(b)))(jnp.array([1.0, 2.0, 4.0]))
+    assert np.allclose(several, [exact(1.0), exact(2.0), exact(4.0)], rtol=1e-8)
+
+
+def test_a_parameter_that_follows_others_is_not_set(pack: Any) -> None:
+    assert list(parameters(pack)) == ["base"]
+    with pytest.raises(ParameterError, match="determined by other parameters"):
+        replace(pack, {"cell[1].c": 5.0})
+
+
+def test_members_of_arrays_count_from_1(pack: Any) -> None:
+    assert pack.cell[2].c == 6.0
+    with pytest.raises(IndexError, match="counted from 1 to 2"):
+        pack.cell[0]
+    assert simulate(pack, 1.0, save="end")["cell[2].T"][-1] == pytest.approx(10.0 * np.exp(-1.0 / 6.0), rel=1e-4)
+
+
+def test_a_stored_model_runs_like_the_first(pack: Any) -> None:
+    changed = replace(pack, {"base": 3.0})
+    assert end(pickle.loads(pickle.dumps(changed))) == end(changed)
+
+
+def test_modifiers_set_what_is_fixed_and_reports_speak_of_lines(pack: Any) -> None:
+    assert not hasattr(pack, "n")
+    assert parameters(load(TEXT, "P.Pack(n=2, base=5)")) == {"base": 5.0}
+    assert "cell[1]" in str(structure(pack))
