@@ -78,7 +78,8 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
     layout = layout_of(structure)
-    if any(isinstance(leaf, jax.ShapeDtypeStruct) for leaf in given):
+    # Shapes stand for numbers while the structure of a model is analysed; they determine nothing.
+    if layout.determined and any(isinstance(leaf, jax.ShapeDtypeStruct) for leaf in given):
         return layout.spread(given), layout
     return layout.numbers(given), layout
 

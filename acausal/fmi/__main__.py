@@ -7,20 +7,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+from .._command_line import exit_code
 from .._declare.component import Component
-from .._errors import AcausalError, ModelError
+from .._errors import ModelError
 from .._extras import needed, panels
 from . import export_fmu
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
-    options = _parser().parse_args(arguments)
-    try:
-        return options.run(options)
-    except AcausalError as error:
-        print(error, file=sys.stderr)
-        return 1
+    return exit_code(_parser(), arguments)
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .._errors import AcausalError, ModelError
+from .._command_line import exit_code
+from .._errors import ModelError
 from .._extras import needed, panels
 from .._integrate.simulate import simulate
 from .._show.structure import structure
@@ -20,12 +21,7 @@ from ._scoreboard.table import save, saved, written
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command and return its exit code."""
-    options = _parser().parse_args(arguments)
-    try:
-        return options.run(options)
-    except AcausalError as error:
-        print(error, file=sys.stderr)
-        return 1
+    return exit_code(_parser(), arguments)
 
 
 def _parser() -> argparse.ArgumentParser:

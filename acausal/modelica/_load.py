@@ -29,8 +29,14 @@ def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> Mo
     modifiers.
 
     Raises `ModelicaError` for errors of the text, with file and line, and for language elements that are not supported.
+    Some of the latter appear only in the analysis of the equations, as `ModelError`.
     """
-    return component(flat_of(source, model, roots))
+    try:
+        return component(flat_of(source, model, roots))
+    except ModelicaError:
+        raise
+    except ModelError as error:
+        raise ModelicaError(f"{model}: {error}") from error
 
 
 def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModelica:
@@ -40,5 +46,3 @@ def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) ->
         return read(content, model, sources.place)
     except UnknownSyntax as error:
         raise ModelicaError(f"{model}: the front end wrote an unknown {error}.") from error
-    except ModelError as error:
-        raise ModelicaError(str(error)) from error

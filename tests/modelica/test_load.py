@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from acausal import ParameterError, parameters, replace, simulate, structure
-from acausal.modelica import load
+from acausal.modelica import ModelicaError, load
 
 pytest.importorskip("rumoca")
 
@@ -82,3 +82,10 @@ def test_modifiers_set_what_is_fixed_and_reports_speak_of_lines(pack: Any) -> No
     assert not hasattr(pack, "n")
     assert parameters(load(TEXT, "P.Pack(n=2, base=5)")) == {"base": 5.0}
     assert "cell[1]" in str(structure(pack))
+
+
+def test_an_element_that_is_not_supported_is_refused_with_its_line() -> None:
+    lines = ["model Late", "  Real x(start = 1, fixed = true);", "  Real y;", "equation", "  der(x) = -x;"]
+    text = "\n".join([*lines, "  y = delay(x, 0.1);", "end Late;"])
+    with pytest.raises(ModelicaError, match=r"mo:6, Late: the function delay is not supported"):
+        load(text, "Late")

@@ -14,6 +14,7 @@ from ..._declare.component import At, EquationGroup, Events, Follow, Started, Wh
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
 from ..._tracing import is_traced
+from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, SourcePlace
 from .clocks import without_clocks
@@ -99,9 +100,6 @@ class _Build:
         for variable in self.flat.variables.values():
             if variable.is_expandable and variable.name in self.leaves and variable.name not in used:
                 del self.leaves[variable.name]
-
-    def _all_leaves(self) -> list[ModelLeaf]:
-        return [*self.leaves.values(), *self.previous.of.values()]
 
     # Leaves
 
@@ -190,7 +188,6 @@ class _Build:
     def _becomes_variable(self, variable: FlatVariable) -> None:
         """A parameter whose binding reads one that initial equations determine."""
         self.leaves[variable.name] = dataclasses.replace(self._leaf(variable, "var"), is_discrete=False)
-        # Terms made so far may hold the parameter; they are made anew from names.
 
     def _leaf(self, variable: FlatVariable, role: Any) -> ModelLeaf:
         return ModelLeaf(
@@ -281,7 +278,8 @@ class _Build:
         try:
             term = self.resolver.term(equation.residual, slots)
         except ModelError as error:
-            raise ModelError(f"{equation.component or self.flat.name}: {error}") from error
+            place = f"{equation.place}, " if equation.place else ""
+            raise ModelicaError(f"{place}{equation.component or self.flat.name}: {error}") from error
         if not slots.leaves:
             return
         self._add(Residual(term), slots, equation.component, is_initial, _said(equation))
@@ -360,24 +358,22 @@ class _Build:
     def _events(self) -> dict[str, Any]:
         """The method `events`, if there are any."""
         library, found = self.known.library, []
-        reads: list[tuple[str, Any, list[str]]] = []
 
-        def stated(name: str, *terms: Any) -> tuple[list[Any], list[str]]:
+        def stated(*terms: Any) -> tuple[list[Any], list[str]]:
             slots = Slots()
             made = [self.resolver.term(term, slots) for term in terms]
-            del name
             return made, [attribute_path(leaf.path) for leaf in slots.leaves]
 
         for sample in self.lowered.samples:
-            (start, interval), paths = stated(sample.ticks, self._before(sample.start), self._before(sample.interval))
+            (start, interval), paths = stated(self._before(sample.start), self._before(sample.interval))
             found.append(("sample", sample.ticks, (start, interval), paths))
         for tick in self.clocked.ticks:
-            terms, paths = stated(tick.kind, *(() if tick.of is None else (tick.of,)), *tick.changes.values())
+            terms, paths = stated(*(() if tick.of is None else (tick.of,)), *tick.changes.values())
             found.append((tick.kind, tuple(tick.changes), terms, paths))
-        for i, reset in enumerate(self.lowered.resets):
-            terms, paths = stated(f"reinit_{i}", e.Ref(reset.active), reset.value)
+        for reset in self.lowered.resets:
+            terms, paths = stated(e.Ref(reset.active), reset.value)
             found.append(("reset", reset.state, terms, paths))
-        for i, demand in enumerate(self.lowered.demands):
+        for demand in self.lowered.demands:
             try:
                 truth = self.known.value(demand.condition)
             except (NotKnown, ModelError):  # an error occurs again where the value is needed
@@ -386,11 +382,8 @@ class _Build:
                 continue
             if truth is not None and demand.active is None:
                 raise ModelError(f"assertion failed: {self._message(demand.message)}")
-            terms, paths = stated(
-                f"assert_{i}", e.Ref(demand.active) if demand.active else e.Const(True), demand.condition
-            )
+            terms, paths = stated(e.Ref(demand.active) if demand.active else e.Const(True), demand.condition)
             found.append(("assert", self._message(demand.message), terms, paths))
-        del reads
         previous, names = self.previous.of, list(self.previous.of)
 
         def events(self: Any) -> Events:

@@ -127,6 +127,7 @@ def form_class(
         {name: declaration_of(leaf) for name, leaf in zip(names, leaves, strict=True)},
         {"initial_equations" if is_initial else "equations": equations},
     )
+    cls.__name__ = name  # as messages show it; the name with the digest identifies the class in another process
     return instance(cls, dict.fromkeys(names, 0.0))
 
 

@@ -11,7 +11,7 @@ from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
 from .evaluate import NotKnown, Scope, evaluate
 from .functions import Library
-from .paths import VariableTree, split, tree_of
+from .paths import PathTree, split, tree_of
 from .values import Value, plain
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
@@ -27,7 +27,7 @@ class KnownValues(Mapping[str, Value]):
 
     def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
-        self.tree = tree_of(flat.variables.values())
+        self.tree = tree_of(flat.variables.values(), lambda variable: variable.name)
         self.library = Library(flat.functions, self)
         self.structural: set[str] = set()  # real parameters that are known
         self._found: dict[str, Value] = {}
@@ -122,14 +122,14 @@ class KnownValues(Mapping[str, Value]):
             raise KeyError(name)
         return self._whole(branch, name)
 
-    def _whole(self, branch: VariableTree | list | None, name: str) -> Value:
+    def _whole(self, branch: PathTree[FlatVariable] | list | None, name: str) -> Value:
         """A record, or an array of records, all of whose fields are known."""
         if branch is None:
             raise KeyError(name)
         if isinstance(branch, list):
             return np.array([self._whole(item, name) for item in branch])
-        if branch.variable is not None:
-            return self[branch.variable.name]
+        if branch.item is not None:
+            return self[branch.item.name]
         if branch.parts:
             return {part: self._whole(inner, name) for part, inner in branch.parts.items()}
         return [self._whole(inner, name) for inner in branch.members.values()]
@@ -176,7 +176,7 @@ def variables_in(branch: Any) -> Iterator[FlatVariable]:
         for item in branch:
             yield from variables_in(item)
     elif branch is not None:
-        if branch.variable is not None:
-            yield branch.variable
+        if branch.item is not None:
+            yield branch.item
         for inner in (*branch.parts.values(), *branch.members.values()):
             yield from variables_in(inner)

@@ -1,10 +1,11 @@
-"""Modelica paths, and the tree of the variables of a flat model."""
+"""Modelica paths, and trees of what lies at them."""
 
 import dataclasses
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from typing import Generic, TypeVar
 
-from .._syntax.flat import FlatVariable
+T = TypeVar("T")
 
 _PART = re.compile(r"(?P<name>'(?:[^'\\]|\\.)*'|[^.\[\]]+)(?:\[(?P<index>[^\]]*)\])?(?:\.|$)")
 Index = tuple[int, ...]
@@ -20,14 +21,14 @@ def split(path: str) -> list[tuple[str, Index]]:
 
 
 @dataclasses.dataclass
-class VariableTree:
-    """A variable, the parts of a component or record by name, or the members of an array of components by index."""
+class PathTree(Generic[T]):
+    """An item, the parts of a component or record by name, or the members of an array of components by index."""
 
-    variable: FlatVariable | None = None
-    parts: "dict[str, VariableTree]" = dataclasses.field(default_factory=dict)
-    members: "dict[Index, VariableTree]" = dataclasses.field(default_factory=dict)
+    item: T | None = None
+    parts: "dict[str, PathTree[T]]" = dataclasses.field(default_factory=dict)
+    members: "dict[Index, PathTree[T]]" = dataclasses.field(default_factory=dict)
 
-    def find(self, parts: list[tuple[str, Index]]) -> "VariableTree | list | None":
+    def find(self, parts: list[tuple[str, Index]]) -> "PathTree[T] | list | None":
         """The branch of a path. A list of branches, if the path leaves out the index of an array."""
         if not parts:
             return self
@@ -44,14 +45,14 @@ class VariableTree:
         return part.find(rest)
 
 
-def tree_of(variables: Iterable[FlatVariable]) -> VariableTree:
-    """The variables of a flat model as a tree."""
-    root = VariableTree()
-    for variable in variables:
+def tree_of(items: Iterable[T], path: Callable[[T], str]) -> PathTree[T]:
+    """Items by their paths."""
+    root: PathTree[T] = PathTree()
+    for item in items:
         here = root
-        for name, index in split(variable.name):
-            here = here.parts.setdefault(name, VariableTree())
+        for name, index in split(path(item)):
+            here = here.parts.setdefault(name, PathTree())
             if index:
-                here = here.members.setdefault(index, VariableTree())
-        here.variable = variable
+                here = here.members.setdefault(index, PathTree())
+        here.item = item
     return root

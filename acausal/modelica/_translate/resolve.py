@@ -9,10 +9,11 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
+from .._syntax.flat import FlatVariable
 from .evaluate import NotKnown, is_supported
 from .known import KnownValues
 from .leaves import ModelLeaf
-from .paths import VariableTree, split
+from .paths import PathTree, split
 from .statement_terms import resolved_body
 from .terms import Opaque, RecordOf, SlotValue
 from .values import Value, is_known
@@ -124,13 +125,13 @@ class _Resolution:
             return element(self._named(base), tuple(e.Const(int(i)) for i in index[:-1].split(",")))
         return self._whole(self.model.known.tree.find(split(name)), name)
 
-    def _whole(self, branch: VariableTree | list | None, name: str) -> Any:
+    def _whole(self, branch: PathTree[FlatVariable] | list | None, name: str) -> Any:
         if branch is None:
             raise ModelError(f"the name {name} is unknown.")
         if isinstance(branch, list):
             return e.ArrayOf(tuple(self._whole(item, name) for item in branch), "array")
-        if branch.variable is not None:
-            return self._named(branch.variable.name)
+        if branch.item is not None:
+            return self._named(branch.item.name)
         if branch.parts:
             return RecordOf(tuple((part, self._whole(inner, name)) for part, inner in branch.parts.items()))
         if not branch.members:

@@ -1,26 +1,21 @@
 """The tree of components of a translated model."""
 
-import dataclasses
 import keyword
 from collections.abc import Iterable
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..._declare.component import Component
 from ..._declare.fields import FromOne
 from .forms import declaration_of, instance, node_class
 from .leaves import ModelLeaf
-from .paths import Index, split
+from .paths import Index, PathTree, split, tree_of
 
 
 class ModelicaPart(Component, partial=True):
     """A component or record of a Modelica model."""
 
 
-@dataclasses.dataclass
-class _Branch:
-    leaf: ModelLeaf | None = None
-    parts: "dict[str, _Branch]" = dataclasses.field(default_factory=dict)
-    members: "dict[Index, _Branch]" = dataclasses.field(default_factory=dict)
+_Branch: TypeAlias = PathTree[ModelLeaf]
 
 
 def attribute(name: str) -> str:
@@ -34,15 +29,7 @@ def attribute(name: str) -> str:
 
 def tree(leaves: Iterable[ModelLeaf], base: type, name: str, namespace: dict[str, Any]) -> Any:
     """The root component of the leaves."""
-    root = _Branch()
-    for leaf in leaves:
-        here = root
-        for part, index in split(leaf.path):
-            here = here.parts.setdefault(part, _Branch())
-            if index:
-                here = here.members.setdefault(index, _Branch())
-        here.leaf = leaf
-    return _node(root, base, name, namespace)
+    return _node(tree_of(leaves, lambda leaf: leaf.path), base, name, namespace)
 
 
 def attribute_path(path: str) -> str:
@@ -54,8 +41,8 @@ def attribute_path(path: str) -> str:
 
 
 def _node(branch: _Branch, base: type, name: str, namespace: dict[str, Any]) -> Any:
-    declared = {attribute(n): inner.leaf for n, inner in branch.parts.items() if inner.leaf is not None}
-    parts = {attribute(n): _part(inner, n) for n, inner in branch.parts.items() if inner.leaf is None}
+    declared = {attribute(n): inner.item for n, inner in branch.parts.items() if inner.item is not None}
+    parts = {attribute(n): _part(inner, n) for n, inner in branch.parts.items() if inner.item is None}
     leaves = {n: declaration_of(leaf) for n, leaf in declared.items()}
     cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
     values = {n: leaf.value for n, leaf in declared.items()}
@@ -63,20 +50,16 @@ def _node(branch: _Branch, base: type, name: str, namespace: dict[str, Any]) -> 
 
 
 def _part(branch: _Branch, name: str) -> Any:
-    if not branch.members:
-        return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})
-    return _members(list(branch.members.items()), name)
+    if branch.members:
+        return _members(list(branch.members.items()), name)
+    return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})
 
 
 def _members(items: list[tuple[Index, _Branch]], name: str) -> FromOne:
     """The members of an array of components; of several dimensions, nested."""
     if len(items[0][0]) == 1:
-        return FromOne(_member(inner, name) for _, inner in sorted(items, key=lambda item: item[0]))
+        return FromOne(_part(inner, name) for _, inner in sorted(items, key=lambda item: item[0]))
     rows: dict[int, list[tuple[Index, _Branch]]] = {}
     for index, inner in items:
         rows.setdefault(index[0], []).append((index[1:], inner))
     return FromOne(_members(row, name) for _, row in sorted(rows.items()))
-
-
-def _member(branch: _Branch, name: str) -> Any:
-    return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})
