@@ -64,8 +64,9 @@ def _check(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     model = load(options.source, options.model, options.roots)
     solution = simulate(model, options.stop, save=np.linspace(0.0, options.stop, 501), progress=True)
-    names = options.signals if options.signals is not None else solution.system.state_names
-    columns = [np.asarray(solution.ts), *(np.asarray(solution[name]) for name in names)]
+    wanted = options.signals if options.signals is not None else solution.system.state_names
+    found = [pair for name in wanted for pair in _elements(name, np.asarray(solution[name]))]
+    names, columns = [name for name, _ in found], [np.asarray(solution.ts), *(column for _, column in found)]
     for name, column in zip(names, columns[1:], strict=True):
         print(f"{name}: {column[0]:.6g} to {column[-1]:.6g}")
     if options.csv:
@@ -81,6 +82,14 @@ def _simulate(options: argparse.Namespace) -> int:
     return 0
 
 
+def _elements(name: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
+    """A signal, or the elements of an array by their Modelica names."""
+    if values.ndim == 1:
+        return [(name, values)]
+    places = np.ndindex(values.shape[1:])
+    return [(f"{name}[{','.join(str(i + 1) for i in place)}]", values[(slice(None), *place)]) for place in places]
+
+
 def _scoreboard(options: argparse.Namespace) -> int:
     references = models_in(Path(options.references))
     if not references:
@@ -92,6 +101,8 @@ def _scoreboard(options: argparse.Namespace) -> int:
         )
         return 0
     wanted = [name for name in references if options.only in name]
+    if not wanted:
+        raise ModelError(f"No model with a reference has a name that contains {options.only!r}.")
     for number, name in enumerate(wanted, 1):
         if name not in saved(Path(options.rows)):
             _in_own_process(name, options)

@@ -13,13 +13,13 @@ from ._translate.build import component
 from ._translate.model import ModelicaModel
 
 
-def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> ModelicaModel:
-    """The component of a Modelica model.
+def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path] = ()) -> ModelicaModel:
+    """Load a Modelica model as a component.
 
     - `source`: a Modelica text, a file, or the folder of a package. It may be empty if `roots` hold the model.
     - `model`: the full name of the model, possibly with modifiers, as in "Plant.Pump(k=2)".
-    - `roots`: folders with the libraries that it uses. The Modelica Standard Library lies in such a folder as
-      `Modelica 4.1.0`, `ModelicaServices 4.1.0` and `Complex 4.1.0.mo`, as in its release.
+    - `roots`: the folder, or folders, with the libraries that it uses. The Modelica Standard Library lies in such a
+      folder as `Modelica 4.1.0`, `ModelicaServices 4.1.0` and `Complex 4.1.0.mo`, as in its release.
 
     Real parameters and start values are attributes by their Modelica path, as in `model.inertia1.J`. Members of
     arrays of components count from 1, as in Modelica (`model.cell[1]`); arrays of numbers are arrays of jax, which
@@ -31,6 +31,7 @@ def load(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> Mo
     Raises `ModelicaError` for errors of the text, with file and line, and for language elements that are not supported.
     Some of the latter appear only in the analysis of the equations, as `ModelError`.
     """
+    roots = [roots] if isinstance(roots, str | Path) else roots
     try:
         return component(flat_of(source, model, roots))
     except ModelicaError:

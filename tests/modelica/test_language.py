@@ -242,6 +242,7 @@ model Guarded
 equation
   der(x) = 1;
   assert(x < top, "x is above its top");
+  assert(x < 0.1, "x is high", AssertionLevel.warning);
 end Guarded;
 """
 

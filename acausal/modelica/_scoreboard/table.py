@@ -3,6 +3,8 @@
 import collections
 import datetime
 import json
+import re
+import textwrap
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -50,7 +52,8 @@ def _reason(row: Compared) -> str:
     if row.stage == "differs":
         worst = max(row.deviations, key=row.deviations.__getitem__)
         return f"{worst} by {row.deviations[worst]:.2g} of its range"
-    return row.reason.split("\n")[0].replace("|", "\\|")[:200]
+    reason = re.sub(r"/(?:[^/]*/)+(?=[^/]*\.mo\b)", "", " ".join(row.reason.split()))  # without the user's folders
+    return textwrap.shorten(reason.replace("|", "\\|"), 200, placeholder=" …")
 
 
 def save(row: Compared, file: Path) -> None:

@@ -142,8 +142,9 @@ def _result(node: Any) -> e.Target | None:
 
 
 def _assert(body: Json) -> e.Assert:
-    level = body.get("level")
-    return e.Assert(expression(body["condition"]), expression(body["message"]), "warning" in str(level))
+    level = _optional(body.get("level"))
+    is_warning = level == e.Const(1) or (isinstance(level, e.Ref) and level.name.endswith("AssertionLevel.warning"))
+    return e.Assert(expression(body["condition"]), expression(body["message"]), is_warning)
 
 
 def _blocks(nodes: Sequence[Json]) -> tuple[tuple[e.Expression, e.Body], ...]:

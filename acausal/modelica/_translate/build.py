@@ -509,5 +509,5 @@ def _scalar(value: Any) -> Any:
 
 
 def _class_name(name: str) -> str:
-    last = name.rpartition(".")[2]
+    last = name.partition("(")[0].strip().rpartition(".")[2]
     return last if last.isidentifier() else "Model"
