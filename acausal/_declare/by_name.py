@@ -12,7 +12,7 @@ from .array import Array
 from .component import Component
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
-from .layout import rebuilt
+from .layout import rebuilt, with_determined
 from .node import Node, leaves_of, nodes_of
 from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
@@ -89,7 +89,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
             f"{name} is determined by other parameters of the Modelica model. Set those, or load the model with a "
             "modifier for this one."
         )
-    changed = rebuilt(model, new)
+    changed = with_determined(rebuilt(model, new))
     _check(changed, "", list(values))
     return changed
 

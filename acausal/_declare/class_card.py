@@ -94,7 +94,7 @@ def _options(cls: Any) -> Iterator[Row]:
 def _variables(cls: Any) -> Iterator[Row]:
     for name, declaration in dynamic_fields(cls):
         if declaration is not None and declaration.role != "param":
-            start = f"= {declaration.start:g}" if declaration.start else ""
+            start = f"= {declaration.start:g}" if isinstance(declaration.start, float) and declaration.start else ""
             yield Row(name, declaration.unit, _range(declaration), start, _meaning(cls, name))
 
 

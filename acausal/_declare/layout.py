@@ -84,6 +84,16 @@ def complete_leaves(model: Node) -> tuple[list[Any], Layout]:
     return layout.numbers(given), layout
 
 
+def with_determined(model: N) -> N:
+    """A model whose parameters that others determine have their present values. Start values stay as they are given."""
+    given, structure = jax.tree_util.tree_flatten(model)
+    layout = layout_of(structure)
+    if not layout.determined:
+        return model
+    numbers = zip(layout.spread(given), layout.numbers(given), strict=True)
+    return with_leaves(model, [None if old is None else new for old, new in numbers])
+
+
 @ft.lru_cache(maxsize=4096)
 def layout_of(structure: PyTreeDef) -> Layout:
     """The layout of the leaves of models with this tree structure."""

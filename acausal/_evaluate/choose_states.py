@@ -103,7 +103,7 @@ def _parameter(family: Family, row: int, slot: int, leaves: Sequence[Numbers | N
     value = leaves[instances.leaf(member, slot)]
     if value is None:  # a discrete variable with the default start value
         value = np.broadcast_to(
-            instances.kind.declarations[slot].start, instances.stacks[member] + instances.kind.sizes[slot]
+            instances.kind.declarations[slot].guess, instances.stacks[member] + instances.kind.sizes[slot]
         )
     if not instances.stacks[member]:
         return value

@@ -75,7 +75,7 @@ class OpenEquations:
         pairs = list(zip(self.flat.own_leaves, leaves, strict=True))
         params = [np.asarray(value, float) for leaf, value in pairs if leaf.declaration.role == "param"]
         modes = [
-            np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack + leaf.sizes)
+            np.broadcast_to(leaf.declaration.guess if value is None else value, leaf.stack + leaf.sizes)
             for leaf, value in pairs
             if leaf.declaration.role == "discrete"
         ]
@@ -85,7 +85,7 @@ class OpenEquations:
         """The point of the start values with zero derivatives except that of the time."""
         leaves, _ = complete_leaves(self.component)
         x = [
-            np.broadcast_to(leaf.declaration.start if value is None else value, leaf.stack).ravel()
+            np.broadcast_to(leaf.declaration.guess if value is None else value, leaf.stack).ravel()
             for leaf, value in zip(self.flat.own_leaves, leaves, strict=True)
             if leaf.declaration.is_variable
         ]

@@ -100,6 +100,40 @@ equation
 end M;
 """
 
+EARLY = """
+package P
+  function nested "returns from an if-statement in another one"
+    input Real x;
+    input Real b;
+    output Real y;
+  algorithm
+    y := 0;
+    if x > 0 then
+      if b > 0 then
+        y := 1;
+        return;
+      end if;
+    end if;
+    y := 2;
+  end nested;
+  function first "returns from a loop"
+    input Real x[3];
+    output Real y;
+  algorithm
+    for i in 1:3 loop
+      if x[i] > 1.5 then
+        y := i;
+        return;
+      end if;
+    end for;
+    y := 10;
+  end first;
+  model M
+    Real y = nested(time, time) + first({time, time, time});
+  end M;
+end P;
+"""
+
 
 @pytest.fixture(scope="module")
 def library() -> Library:
@@ -132,6 +166,23 @@ def test_a_side_that_is_not_chosen_does_no_harm(library: Library, name: str, x: 
     assert_allclose(jax.jit(f)(x), y)
     assert_allclose(jax.jit(jax.grad(f))(x), slope, atol=1e-12)
     assert_allclose(jax.jit(jax.jacfwd(f))(x), slope, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("name", "args", "y"),
+    [
+        ("nested", (1.0, -1.0), 2.0),
+        ("nested", (1.0, 1.0), 1.0),
+        ("nested", (-1.0, 1.0), 2.0),
+        ("first", (np.array([1.0, 2.0, 3.0]),), 2.0),
+        ("first", (np.array([1.0, 1.0, 1.0]),), 10.0),
+    ],
+)
+def test_a_function_returns_early(name: str, args: tuple[Any, ...], y: float) -> None:
+    flat = read(flat_model(EARLY, "P.M")[0], "P.M")
+    library = Library(flat.functions, flat.enumerations)
+    assert_allclose(value(library, name, *args), y)
+    assert_allclose(jax.jit(lambda *traced: jnp.asarray(value(library, name, *traced)))(*args), y)
 
 
 def test_a_violated_assertion_is_an_error_or_not_a_number(library: Library) -> None:

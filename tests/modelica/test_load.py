@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import ParameterError, parameters, replace, simulate, structure
+from acausal import ParameterError, initialise, parameters, replace, simulate, structure
 from acausal.modelica import ModelicaError, load
 
 pytest.importorskip("rumoca")
@@ -89,3 +89,37 @@ def test_an_element_that_is_not_supported_is_refused_with_its_line() -> None:
     text = "\n".join([*lines, "  y = delay(x, 0.1);", "end Late;"])
     with pytest.raises(ModelicaError, match=r"mo:6, Late: the function delay is not supported"):
         load(text, "Late")
+
+
+FOLLOWED = """
+model Followed
+  parameter Real p = 2;
+  parameter Real J = 3 * p;
+  Real x(start = 2 * p, fixed = true);
+  discrete Real k(start = p, fixed = true);
+equation
+  J * der(x) = 1 - x;
+  when sample(0.3, 0.3) then
+    k = pre(k) + 1;
+  end when;
+end Followed;
+"""
+
+
+def test_start_values_follow_parameters_until_others_are_given() -> None:
+    model: Any = load(FOLLOWED, "Followed")
+    changed = replace(model, {"p": 5.0})
+    assert changed.J == 15.0
+    sol = simulate(changed, 1.0, rtol=1e-9, save="end")
+    assert sol["k"][-1] == 8.0
+    assert sol["x"][-1] == pytest.approx(1.0 + 9.0 * np.exp(-1.0 / 15.0), rel=1e-6)
+    slope = jax.grad(lambda p: simulate(replace(model, {"p": p}), 1.0, save="end")["k"][-1])(2.0)
+    assert slope == pytest.approx(1.0)
+    steady = initialise(model, steady=True)
+    assert simulate(steady, 1.0, save="end")["x"][-1] == pytest.approx(1.0, abs=1e-9)
+    assert simulate(replace(model, {"x": 1.0}), 1.0, save="end")["x"][-1] == pytest.approx(1.0, abs=1e-9)
+
+
+def test_real_parameters_that_decide_others_are_known() -> None:
+    text = "model A parameter Real p = 2; parameter Boolean big = p > 1; Real y = if big then 3 else time; end A;"
+    assert list(parameters(load(text, "A"))) == []

@@ -52,7 +52,7 @@ def _flat(what: Given) -> tuple[bool, dict[str, Any]]:
 
 
 def _text(what: Given, hides: bool) -> str:
-    return equations.hidden(what.text, NAME) if hides else what.text
+    return equations.hidden(functions.hidden(what.text, functions.ALL, "own"), NAME) if hides else what.text
 
 
 def _loaded(what: Given, hides: bool) -> dict[str, Any]:

@@ -67,6 +67,7 @@ class _Build:
         self.groups: dict[Any, _Group] = {}
         self.slots_of: dict[Any, list[ModelLeaf]] = {}
         self._late: list[tuple[ModelLeaf, FlatVariable]] = []  # start values that depend on parameters
+        self._late_previous: dict[str, tuple[Any, list[str]]] = {}  # those of discrete variables
         self.determined: list[tuple[str, Any, list[str]]] = []  # path, term, paths of its slots
         self.equations: list[FlatEquation] = list(lowered.equations)
 
@@ -80,6 +81,9 @@ class _Build:
         for algorithm in self.lowered.algorithms:
             self._section(algorithm)
         events = self._events()
+        for path, leaf in self.previous.of.items():
+            if path in self._late_previous:
+                self._follows(leaf, *self._late_previous[path])
         self._drop_unused()
         propagate(self.groups, self.leaves, self.known.library)
         root = tree(
@@ -89,7 +93,8 @@ class _Build:
         cls = type(root)
         cls.equation_groups = tuple(self._equation_groups(places))
         cls.determined = self._determining(places)
-        cls.determined_names = frozenset(attribute_path(path) for path, _, _ in self.determined)
+        followed = {leaf.path for leaf in (*self.leaves.values(), *self.previous.of.values()) if leaf.is_followed}
+        cls.determined_names = frozenset(attribute_path(p) for p, _, _ in self.determined if p not in followed)
         cls.flat = self.original
         return root
 
@@ -243,8 +248,16 @@ class _Build:
                 continue
             values = [item.value for item in slots.leaves]
             self._start(leaf, variable, number(evaluate(term, Scope(self.known.library, values))))
+            reads = [item.path for item in slots.leaves]
             if leaf.value is not None or leaf.path in self.clocked.stored:
-                self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+                self._follows(leaf, term, reads)
+            elif leaf.is_discrete:
+                self._late_previous[leaf.path] = (term, reads)
+
+    def _follows(self, leaf: ModelLeaf, term: Any, reads: list[str]) -> None:
+        """Makes a start value follow parameters; one that is given to the model counts instead."""
+        leaf.is_followed = True
+        self.determined.append((leaf.path, term, reads))
 
     def _is_start(self, equation: FlatEquation) -> bool:
         """Takes an initial equation between a variable and parameters as its start value, if it has none."""
@@ -265,7 +278,7 @@ class _Build:
             assert leaf.variable is not None
             leaf.value = _as_leaf(shaped(number(value), leaf.variable))
             if slots.leaves:
-                self.determined.append((leaf.path, term, [item.path for item in slots.leaves]))
+                self._follows(leaf, term, [item.path for item in slots.leaves])
             return True
         return False
 
@@ -343,11 +356,15 @@ class _Build:
         if not self.determined:
             return None
         library = self.known.library
+        all_leaves = (*self.leaves.values(), *self.previous.of.values())
+        starts = {places[attribute_path(leaf.path)] for leaf in all_leaves if leaf.is_followed}
         steps = [(places[attribute_path(p)], t, [places[attribute_path(q)] for q in r]) for p, t, r in self.determined]
 
         def determine(leaves: Sequence[Any]) -> Sequence[Any]:
             new = list(leaves)
             for place, term, reads in steps:
+                if place in starts and new[place] is not None:
+                    continue  # given
                 new[place] = _as_leaf(number(evaluate(term, Scope(library, [_scalar(new[i]) for i in reads]))))
             return new
 

@@ -16,7 +16,7 @@ from .._syntax import expressions as e
 from .branches import choose
 from .builtins import FUNCTIONS
 from .complex_numbers import is_complex, operation
-from .terms import Opaque, Rate, RecordOf, SlotValue
+from .terms import Opaque, RecordOf, SlotValue
 from .values import Value, is_known, number, plain, power, product, select, stacked
 
 
@@ -193,7 +193,7 @@ def _relation(x: e.Binary, at: Scope) -> Value:
 
 def reads_rates(x: Any) -> bool:
     """Whether an expression reads a derivative."""
-    if isinstance(x, Rate) or (isinstance(x, e.Builtin) and x.name == "Der"):
+    if isinstance(x, e.Builtin) and x.name == "Der":
         return True
     return any(reads_rates(part) for part in parts_of(x))
 
@@ -202,8 +202,6 @@ def only_discrete(x: Any) -> bool:
     """Whether an expression changes at events only."""
     if isinstance(x, SlotValue):
         return x.is_discrete
-    if isinstance(x, Rate):
-        return False
     if isinstance(x, e.Binary) and x.op in _RELATIONS:
         return True
     return all(only_discrete(part) for part in parts_of(x))
@@ -382,7 +380,6 @@ _BY_CLASS: dict[type, Callable[[Any, Scope], Value]] = {
     e.Subscript: lambda x, at: subscripted(_first(x.base, at), x.subs, at),
     e.Text: _text,
     SlotValue: _slot,
-    Rate: lambda x, at: at.rates[x.number],
     RecordOf: lambda x, at: {name: evaluate(item, at) for name, item in x.fields},
     Opaque: lambda x, at: x.value,
 }

@@ -43,7 +43,7 @@ class AlgorithmForm:
 
     def residuals(self, at: Scope) -> list[Value]:
         names = {name: evaluate(before, at) for name, _, before in self.outputs}
-        execute(self.body, names, at)
+        execute(self.body, names, at, is_whole=True)
         found = []
         for name, slot, _ in self.outputs:
             found += _differences(evaluate(as_numbers(slot), at), names[name])

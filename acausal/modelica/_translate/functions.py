@@ -5,7 +5,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
@@ -68,7 +67,7 @@ class Library:
         at = Scope(self, locals=self.constants)
         for formal in (*function.outputs, *function.locals):
             names[formal.name] = self._initial(formal, at.knowing(**names))
-        execute(function.body, names, at)
+        execute(function.body, names, at, is_whole=True)
         return tuple(names[formal.name] for formal in function.outputs)
 
     def _given(self, function: FlatFunction, args: Sequence[Value]) -> dict[str, Value]:
@@ -111,8 +110,3 @@ def _without_derivative(value: Value) -> Value:
 
 def _as_tuple(value: Any) -> tuple[Value, ...]:
     return value if isinstance(value, tuple) else (value,)
-
-
-def as_numbers(value: Value) -> Value:
-    """A value as numbers for an equation."""
-    return jnp.asarray(value, float)

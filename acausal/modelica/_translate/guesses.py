@@ -15,7 +15,7 @@ from .._syntax import expressions as e
 from .evaluate import NotKnown, Scope, evaluate, parts_of
 from .forms import Residual
 from .leaves import ModelLeaf
-from .terms import Rate, SlotValue
+from .terms import SlotValue
 from .values import Value, number
 
 SWEEPS = 8
@@ -67,7 +67,7 @@ def _is_known(leaf: ModelLeaf) -> bool:
 @ft.lru_cache(maxsize=4096)
 def slots_in(x: Any) -> frozenset[int]:
     """The slots that a term reads."""
-    own = {x.number} if isinstance(x, SlotValue | Rate) else set()
+    own = {x.number} if isinstance(x, SlotValue) else set()
     return frozenset(own.union(*(slots_in(part) for part in parts_of(x))))
 
 

@@ -35,6 +35,18 @@ class KnownValues(Mapping[str, Value]):
         for variable in flat.variables.values():
             if variable.variability == "parameter" and is_external(variable, flat) and variable.binding is not None:
                 self._settle(variable.binding)
+        for variable in flat.variables.values():
+            if variable.variability == "parameter" and variable.type != "Real" and self.has(variable):
+                self._settle_what_decides(variable)
+
+    def _settle_what_decides(self, variable: FlatVariable) -> None:
+        """Make the real parameters known on which a parameter of another type depends."""
+        try:
+            self.value_of(variable)
+        except NotKnown:
+            self._settle(variable.start if variable.binding is None else variable.binding)
+        except ModelError:  # an error occurs again where the value is needed
+            return
 
     def _settle(self, x: Any) -> None:
         """Make all real parameters that an expression reads known."""

@@ -27,6 +27,7 @@ class ModelLeaf:
     nominal: float | None = None
     guess: float | tuple[Any, ...] = 0.0
     value: Any = None
+    is_followed: bool = False  # a start value that parameters determine unless the model has another one
     has_guess: bool = False  # whether the model states the guess
     variable: FlatVariable | None = None
 

@@ -66,7 +66,13 @@ class Previous:
             start = leaf.guess if leaf.value is None else leaf.value
             start = jnp.broadcast_to(jnp.asarray(start, float), leaf.dims)
             self.of[leaf.path] = dataclasses.replace(
-                leaf, path=f"{head}{dot}pre_{last}", role="discrete", is_discrete=True, value=start, variable=None
+                leaf,
+                path=f"{head}{dot}pre_{last}",
+                role="discrete",
+                is_discrete=True,
+                value=start,
+                is_followed=False,
+                variable=None,
             )
         return self.of[leaf.path]
 

@@ -17,16 +17,19 @@ Status = Literal["on", "break", "return"]
 Names = dict[str, Value]
 
 
-def execute(body: Sequence[e.Statement], names: Names, at: Scope) -> Status:
-    """Executes statements, which change `names`."""
+def execute(body: Sequence[e.Statement], names: Names, at: Scope, *, is_whole: bool = False) -> Status:
+    """Executes statements, which change `names`. `is_whole`: their end is the end of the function or algorithm."""
     for position, statement in enumerate(body):
         match statement:
             case e.Assign():
                 _assign(statement, names, at)
             case e.IfStatement():
-                status = _if(statement, body[position + 1 :], names, at)
+                status = _if(statement, body[position + 1 :], names, at, is_whole)
                 if status is not None:
                     return status
+            case e.For() if _leaves(statement.body, e.Return) and not _leaves(statement.body, e.BreakStatement):
+                turns = _unrolled(statement, names, at)
+                return execute((*turns, *body[position + 1 :]), names, at, is_whole=is_whole)
             case e.For():
                 status = _for(statement.indices, statement.body, names, at)
                 if status == "return":
@@ -102,19 +105,22 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
     return jnp.asarray(old).at[index].set(value)
 
 
-def _leaves(body: Sequence[e.Statement]) -> bool:
-    """Whether a body contains `return` or `break`."""
+def _leaves(body: Sequence[e.Statement], *kinds: type) -> bool:
+    """Whether a body contains a statement of these kinds; by default, `return` or `break`."""
+    kinds = kinds or (e.Return, e.BreakStatement)
     for s in body:
-        if isinstance(s, e.Return | e.BreakStatement):
+        if isinstance(s, kinds):
             return True
         inner = [b for _, b in s.blocks] + [s.otherwise] if isinstance(s, e.IfStatement) else []
         inner += [s.body] if isinstance(s, e.For | e.While) else []
-        if any(_leaves(b) for b in inner):
+        if any(_leaves(b, *kinds) for b in inner):
             return True
     return False
 
 
-def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at: Scope) -> Status | None:
+def _if(
+    statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at: Scope, is_whole: bool
+) -> Status | None:
     """Executes an if-statement. If a branch of an unknown condition leaves the body, executes the rest in each branch,
     and returns the status at its end.
     """
@@ -124,14 +130,16 @@ def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at:
     if others:
         otherwise = (e.IfStatement(tuple(others), statement.otherwise),)
     if is_known(truth):
-        status = execute(body if truth else otherwise, names, at)
-        return None if status == "on" else status
+        chosen = body if truth else otherwise
+        if _leaves(chosen):
+            return execute((*chosen, *rest), names, at, is_whole=is_whole)
+        execute(chosen, names, at)
+        return None
     takes_rest = _leaves(body) or _leaves(otherwise)
 
     def side(branch: Sequence[e.Statement]) -> tuple[Names, Status]:
         own = dict(names)
-        status = execute(branch, own, at)
-        return own, execute(rest, own, at) if takes_rest and status == "on" else status
+        return own, execute((*branch, *rest) if takes_rest else branch, own, at, is_whole=is_whole)
 
     if at.holds:
         (first, one), (second, other) = side(body), side(otherwise)
@@ -151,6 +159,11 @@ def _if(statement: e.IfStatement, rest: Sequence[e.Statement], names: Names, at:
         raise ModelError("a `break` under a condition that is unknown before a run is not supported.")
     if not takes_rest:
         return None
+    if len(set(ends)) > 1 and not is_whole:
+        raise ModelError(
+            "a `return` under a condition that is unknown before a run is not supported in this loop. Remedy: a for "
+            "loop without `break`."
+        )
     return "return" if "return" in ends else ends[0]
 
 
@@ -159,6 +172,14 @@ def merge(truth: Value, first: Mapping[str, Value], second: Mapping[str, Value],
     for name in {**first, **second}:
         a, b = first.get(name), second.get(name)
         names[name] = a if a is b else b if a is None else a if b is None else select(truth, a, b)
+
+
+def _unrolled(statement: e.For, names: Names, at: Scope) -> e.Body:
+    """The turns of a loop as statements one after the other."""
+    (name, over), *rest = statement.indices
+    body = (e.For(tuple(rest), statement.body),) if rest else statement.body
+    items = evaluate(over, _here(names, at))
+    return tuple(s for item in items for s in (e.Assign((e.Target(name),), e.Const(plain(item))), *body))
 
 
 def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Scope) -> Status:

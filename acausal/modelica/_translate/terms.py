@@ -15,13 +15,6 @@ class SlotValue:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Rate:
-    """The time derivative of a slot."""
-
-    number: int
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
 class RecordOf:
     """A record, by field."""
 

@@ -45,7 +45,7 @@ def _node(branch: _Branch, base: type, name: str, namespace: dict[str, Any]) -> 
     parts = {attribute(n): _part(inner, n) for n, inner in branch.parts.items() if inner.item is None}
     leaves = {n: declaration_of(leaf) for n, leaf in declared.items()}
     cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
-    values = {n: leaf.value for n, leaf in declared.items()}
+    values = {n: None if leaf.is_followed else leaf.value for n, leaf in declared.items()}
     return instance(cls, {**values, **parts})
 
 
