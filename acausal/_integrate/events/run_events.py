@@ -91,11 +91,12 @@ class RunEvents(EventNumbers):
 
     def renewed(self, t: Numbers, truths: Array, changed: Array, indicators: Array, args: RunArgs) -> Array:
         """The truths of the relations at a point. Relations within their hysteresis bands keep their truths, except
-        those whose sides are exactly equal, such as a signal that has become zero. The bands of those that have
-        `changed` at this instant are wider, as they are on the path of a step.
+        those whose sides have become exactly equal, such as a signal that has become zero. The bands of those that have
+        `changed` at this instant are wider, as they are on the path of a step; equal sides are the moment of the change
+        there.
         """
         size = jnp.abs(indicators)
-        is_clear = (size > self.wider(t, ~changed, args)) | (size <= TINY)
+        is_clear = (size > self.wider(t, ~changed, args)) | ((size <= TINY) & ~changed)
         return jnp.where(is_clear, indicators > 0, truths)
 
     def wider(self, t: Numbers, armed: Array, args: RunArgs) -> Array:
