@@ -58,7 +58,7 @@ def driven(model: Component, inputs: Sequence[str]) -> tuple[Component, list[str
     fields = {}
     for i, (name, port) in enumerate(zip(inputs, classes, strict=True)):
         (leaf,) = leaves_of(ports[name])
-        start = leaf.value if leaf.value is not None else leaf.declaration.start
+        start = leaf.value if leaf.value is not None else leaf.declaration.guess
         fields[f"{FIELD}{i}"] = _source(port)(value=float(start))
     return extended(model, cls, **fields), [f"{name}.value" for name in fields]
 
