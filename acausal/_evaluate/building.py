@@ -115,7 +115,8 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
         try:
             return flat, *reduced_exactly(flat, merge(flat))
         except StructureError:
-            if not any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves):
+            has_arrays = any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves)
+            if not has_arrays and not any(_equates_arrays(instances) for instances in flat.instances):
                 raise
     flat = flatten(model, split=True)
     return flat, *reduced_exactly(flat, merge(flat))
@@ -130,6 +131,10 @@ def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:
         return False
     inputs = {item for template in stated for item in template.inputs if item.source == "var"}
     return any(sizes[item.slot] != flat.leaves[instances.leaf(0, item.slot)].sizes for item in inputs)
+
+
+def _equates_arrays(instances: Instances) -> bool:
+    return any(template.shape for template in templates(instances.kind))
 
 
 def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> None:

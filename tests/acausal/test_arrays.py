@@ -284,3 +284,20 @@ def test_members_that_a_vector_has() -> None:
     for read in WITHIN:
         assert float(read(jnp.array([1.0, 2.0, 3.0]))) == pytest.approx(4.0)
         structure(gains(read))
+
+
+class Pair(Component):
+    """Two scalars that one equation between arrays determines."""
+
+    x: Var[Scalar, "1"] = 1.0
+    y: Var[Scalar, "1"]
+    z: Var[Scalar, "1"]
+
+    def equations(self, d: Self) -> Equations:
+        both = jnp.stack([self.y, self.z])
+        return {"decay": eq(d.x, -self.x, check_units=False), "both": eq(both, self.x * jnp.array([2.0, 3.0]))}
+
+
+def test_an_equation_between_arrays_determines_scalars() -> None:
+    solution = simulate(Pair(), 1.0, save="end", rtol=1e-9)
+    assert jnp.allclose(jnp.array([solution["y"][-1], solution["z"][-1]]), jnp.exp(-1.0) * jnp.array([2.0, 3.0]))

@@ -61,8 +61,8 @@ class _Build:
         self.flat = dataclasses.replace(flat, variables=with_starts(variables, lowered.initial, lowered.equations))
         self.lowered: Lowered = lowered
         self.known = KnownValues(self.flat)
-        self.previous = Previous()
         self.leaves: dict[str, ModelLeaf] = {}
+        self.previous = Previous(self.leaves)
         self.resolver = Resolver(self.known, self.leaves, self.previous)
         self.groups: dict[Any, _Group] = {}
         self.slots_of: dict[Any, list[ModelLeaf]] = {}

@@ -301,6 +301,17 @@ def _derivative(args: Sequence[Any], at: Scope) -> Value:
     return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
 
 
+def _root(args: Sequence[Any], at: Scope) -> Value:
+    """A square root. That of max(low, x) is constant where x is less, although the slope of the root at 0 is infinite."""
+    match args[0]:
+        case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
+            value = number(_first(x, at))
+            if not is_known(value):
+                root = FUNCTIONS["Sqrt"]
+                return choose(value > low.value, lambda: root(value), lambda: root(low.value))
+    return FUNCTIONS["Sqrt"](_first(args[0], at))
+
+
 def _unknown(name: str) -> Value:
     raise NotKnown(name)
 
@@ -309,6 +320,7 @@ _SPECIAL: dict[str, Callable[[Sequence[Any], Scope], Value]] = {
     "NoEvent": lambda args, at: evaluate(args[0], at.without_events()),
     "Smooth": _smooth,
     "SemiLinear": _semilinear,
+    "Sqrt": _root,
     "Der": _derivative,
     "Terminal": lambda args, at: False,
     "Initial": lambda args, at: _unknown("initial()"),

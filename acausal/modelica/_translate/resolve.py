@@ -54,10 +54,11 @@ class Resolver:
 
 
 class Previous:
-    """The leaves that hold the values of `pre`."""
+    """The leaves that hold the values of `pre`. `leaves` are those of the model, whose names are taken."""
 
-    def __init__(self) -> None:
+    def __init__(self, leaves: Mapping[str, ModelLeaf]) -> None:
         self.of: dict[str, ModelLeaf] = {}
+        self._leaves = leaves
 
     def leaf(self, leaf: ModelLeaf) -> ModelLeaf:
         """The discrete leaf for `pre` of a leaf."""
@@ -65,9 +66,12 @@ class Previous:
             head, dot, last = leaf.path.rpartition(".")
             start = leaf.guess if leaf.value is None else leaf.value
             start = jnp.broadcast_to(jnp.asarray(start, float), leaf.dims)
+            path = f"{head}{dot}pre_{last}"
+            while path in self._leaves:
+                path += "_"
             self.of[leaf.path] = dataclasses.replace(
                 leaf,
-                path=f"{head}{dot}pre_{last}",
+                path=path,
                 role="discrete",
                 is_discrete=True,
                 value=start,

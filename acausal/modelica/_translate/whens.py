@@ -114,9 +114,8 @@ class Lowering:
         """Whether a condition, or one of several, becomes true now. Conditions become variables of their own, set by an
         equation, or by a statement of an algorithm.
         """
-        conditions = condition.elements if isinstance(condition, e.ArrayOf) else (condition,)
         parts = []
-        for item in conditions:
+        for item in self._conditions(condition):
             if item == INITIAL:
                 parts.append(INITIAL)
                 continue
@@ -134,6 +133,16 @@ class Lowering:
             # A condition that is true from the start on has not become true.
             parts.append(_all([now, e.Unary("Not", e.Builtin("Pre", (now,))), e.Unary("Not", INITIAL)]))
         return _any(parts)
+
+    def _conditions(self, condition: Any) -> tuple[Any, ...]:
+        """The conditions in one that may be a vector."""
+        if isinstance(condition, e.ArrayOf):
+            return tuple(inner for item in condition.elements for inner in self._conditions(item))
+        variable = self.flat.variables.get(condition.name) if isinstance(condition, e.Ref) else None
+        if variable is not None and variable.dims and not condition.subs:
+            places = itertools.product(*(range(1, size + 1) for size in variable.dims))
+            return tuple(e.Ref(condition.name, tuple(map(e.Const, place))) for place in places)
+        return (condition,)
 
     def _state(self, name: str, value: Any, component: str) -> None:
         self.out.equations.append(
@@ -292,6 +301,8 @@ def _previous(names: tuple[str, ...]) -> Any:
 
 
 def _any(parts: list[Any]) -> Any:
+    if not parts:
+        return e.Const(False)
     found = parts[0]
     for part in parts[1:]:
         found = e.Binary("Or", found, part)

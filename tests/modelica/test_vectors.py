@@ -1,0 +1,40 @@
+"""Vectors of conditions and of scalars, names like those of `pre`, and roots of what may become negative."""
+
+import numpy as np
+import pytest
+
+from acausal import simulate
+from acausal.modelica import load
+
+pytest.importorskip("rumoca")
+
+TEXT = """
+model Draining
+  Boolean b[2], pre_b[2], first, second;
+  Boolean none[0];
+  Integer count(start = 0, fixed = true), never(start = 0, fixed = true);
+  Real level(start = 1, fixed = true);
+equation
+  b = {time > 0.3, time > 0.8};
+  pre_b = pre(b);
+  {first, second} = fill(b[1], 2);
+  when b then
+    count = pre(count) + 1;
+  end when;
+  when none then
+    never = pre(never) + 1;
+  end when;
+  der(level) = -1 - sqrt(max(0, level));
+end Draining;
+"""
+
+
+def test_vectors_and_roots() -> None:
+    times = np.array([0.1, 0.5, 0.9])
+    solution = simulate(load(TEXT, "Draining"), 0.9, save=times, rtol=1e-9)
+    assert solution["count"].tolist() == [0, 1, 2]  # each of the conditions counts
+    assert solution["never"].tolist() == [0, 0, 0]
+    assert solution["first"].tolist() == solution["second"].tolist() == [0, 1, 1]
+    assert solution["pre_b"].tolist() == [[0, 0], [1, 0], [1, 1]]
+    # The root u of the level obeys 2 u u' = -1 - u, so that the level is 0 at 2 (1 - ln 2), and then falls linearly.
+    assert np.isclose(solution["level"][-1], 2 * (1 - np.log(2)) - 0.9, atol=1e-7)
