@@ -302,7 +302,7 @@ def _derivative(args: Sequence[Any], at: Scope) -> Value:
 
 
 def _root(args: Sequence[Any], at: Scope) -> Value:
-    """A square root. That of max(low, x) is constant where x is less, although the slope of the root at 0 is infinite."""
+    """A square root. That of max(low, x) is constant where x is less; the slope of the root at 0 is infinite."""
     match args[0]:
         case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
             value = number(_first(x, at))
