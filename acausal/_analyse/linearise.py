@@ -13,13 +13,13 @@ from jax import Array
 from .._declare.component import Component
 from .._errors import listed
 from .._evaluate.building import system_of
+from .._evaluate.sampled import samplers
 from .._evaluate.system import System
 from .._integrate.setup.options import kind_of, names_of
 from .._integrate.setup.pattern import pattern_of_rates
 from .._integrate.setup.user_function import UserFunction, trace
 from .._numbers import Numbers
 from .._progress import compiling
-from .._reduce.jaxpr import slice_output
 from .._sparse_matrix import Pattern
 from .linear_system import LinearSystem
 from .named_signals import (
@@ -183,7 +183,7 @@ def warn_of_samples(system: System) -> None:
     """Warn of periodic events that set variables: a linear system holds these constant, as if the loops through them
     were open.
     """
-    labels = sampled(system)
+    labels = [label for sampler in samplers(system) for label in sampler.labels]
     if labels:
         warnings.warn(
             f"The linear system holds sampled variables constant, as if the loops through them were open, for "
@@ -191,18 +191,3 @@ def warn_of_samples(system: System) -> None:
             SampledWarning,
             stacklevel=3,
         )
-
-
-def sampled(system: System) -> list[str]:
-    """The labels of periodic events that set a variable from other variables."""
-    events, leaves = system.events, system.flat.leaves
-    if events is None:
-        return []
-    found, first = [], 0
-    for entry in events.entries:
-        places = range(first, first + len(entry.targets))
-        first += len(entry.targets)
-        read = {events.actions.leaves[i] for place in places for i in slice_output(events.actions.closed, place).used}
-        if entry.repeats and any(leaves[leaf].declaration.role in ("var", "flow") for leaf in read):
-            found += [entry.label(index) for index in range(entry.count)]
-    return found

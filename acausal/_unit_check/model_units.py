@@ -19,6 +19,9 @@ _REMEDY = (
 )
 
 
+_OF_SIGNALS = "Remedy: connect signals of the same quantity, or convert between them with a gain, which fits any units."
+
+
 def unit_problems(flat: FlatModel) -> list[str]:
     """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
     places = [(_instances(instances), instances.kind) for instances in flat.instances]
@@ -38,7 +41,8 @@ def check_units(flat: FlatModel) -> None:
     """Raise `UnitError` with all unit problems of a model."""
     found = unit_problems(flat)
     if found:
-        complain(UnitError("\n  ".join(["The units of the model do not agree.", *found, _REMEDY])))
+        remedy = _OF_SIGNALS if found == signal_problems(flat) else _REMEDY
+        complain(UnitError("\n  ".join(["The units of the model do not agree.", *found, remedy])))
 
 
 def unchecked_equations(flat: FlatModel) -> list[str]:

@@ -60,7 +60,7 @@ def check_law(
 ) -> None:
     """Check values that the equations of a component determine from others, against closed forms or published data.
 
-    `given` and `expected` name variables and derivatives, with one value or an array of them:
+    `given` and `expected` name variables, discrete ones too, and derivatives, with one value or an array of them:
     `check_law(Inductor(L=2.0), {"der(i)": [1.0, 3.0]}, {"v": [2.0, 6.0]})`. See `solved`.
     """
     fail(component, _law_problems(component, given, expected, rtol, atol, sizes))

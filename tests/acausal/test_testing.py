@@ -12,8 +12,10 @@ from acausal import (
     Array,
     Component,
     Connections,
+    Discrete,
     Energy,
     Equations,
+    Events,
     Flow,
     ModelError,
     Param,
@@ -24,7 +26,9 @@ from acausal import (
     connect,
     eq,
     nonnegative,
+    positive,
     repeat,
+    when,
 )
 from acausal.testing import (
     CheckFailed,
@@ -163,6 +167,31 @@ def test_laws_in_the_modes_that_the_values_imply() -> None:
     check_law(backlash, {"phi_rel": [0.5, 0.3, -0.3], "w_rel": 0.0}, {"tau": [100.0, 0.0, -100.0]}, atol=1e-9)
     bearing = StribeckFriction(Tc=0.4, Ts=0.6, ws=0.5, C=0.7)
     check_law(bearing, {"w": [50.0, -50.0], "acceleration": 0.0}, {"tau": [35.4, -35.4]})
+
+
+class Fuse(TwoPin):
+    """It conducts until its current exceeds the limit."""
+
+    limit: Param[Scalar, "A", positive]
+    R: Param[Scalar, "ohm", positive] = 0.1
+    burst: Discrete[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(law=eq((1.0 - self.burst) * self.v, self.R * self.i))
+
+    def events(self) -> Events:
+        return dict(burst=when(self.i > self.limit, burst=1.0))
+
+
+def test_laws_in_given_modes() -> None:
+    """A discrete variable can be given and expected, as far as events do not change it."""
+    fuse = Fuse(limit=10.0)
+    check_law(fuse, {"v": 0.5, "burst": [0.0, 1.0]}, {"i": [5.0, 0.0], "burst": [0.0, 1.0]}, atol=1e-9)
+    check_law(fuse, {"v": [0.5, 2.0]}, {"i": [5.0, 0.0], "burst": [0.0, 1.0]}, atol=1e-9)
+    with pytest.raises(CheckFailed, match=r"An event sets burst to 1 for v = 2, burst = 0\."):
+        solved(fuse, {"v": [0.5, 2.0], "burst": 0.0})
+    with pytest.raises(UnknownNameError, match="limit of Fuse is a parameter, not a variable: set it in the component"):
+        solved(fuse, {"v": 0.5, "limit": 1.0})
 
 
 def test_what_does_not_follow_is_missing() -> None:

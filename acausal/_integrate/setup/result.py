@@ -27,8 +27,9 @@ class Result(eqx.Enumeration):
         "the switch a hysteresis."
     )
     events_endless = (
-        "Events at one instant trigger each other without end. Ensure that no two conditions undo each other: after "
-        "one event, the condition of the opposite event must be false."
+        "Events at one instant trigger each other without end, as comparators and switches do in a loop without "
+        "storage. Add a hysteresis to one of them, or a storage or a filter to the loop. In a component of your own, "
+        "the condition of an event must be false after the opposite event."
     )
     bad_reset = (
         "An event sets variables to values that contradict the constraints between them. Set fewer of them: the "

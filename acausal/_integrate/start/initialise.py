@@ -19,6 +19,7 @@ from ..._tracing import is_traced
 from ..setup.options import check_starts_after_past, flag, instant, names_of
 from .no_start import report_no_start
 from .problem import Conditions, Problem, problem_of
+from .sampled_loops import refuse_sampled_loops
 from .start_search import Outcome, search_start
 from .trim import trimmed_leaves
 
@@ -65,7 +66,8 @@ def initialise(
     The Levenberg-Marquardt method, scaled by nominal sizes, finds the solution nearest to the start values. It is
     differentiable to any order in both modes, as an implicit function, and works under `jit` and `vmap`.
 
-    Raises `ModelError` for unknown names. Raises `SimulationError` if no start is found, and names the contradictory
+    Raises `ModelError` for unknown names, and for `steady` if the states depend on variables that periodic events
+    sample, as with a sampled controller. Raises `SimulationError` if no start is found, and names the contradictory
     conditions, the events without end, or the solved parameter outside its range. With `throw=False`, the start values
     and these parameters are then NaN.
     """
@@ -82,6 +84,8 @@ def initialise(
         trimmed=trimmed_leaves(model, names_of(solve_for, "solve_for")),
     )
     check_starts_after_past(system, past_of(model), t0)
+    if steady:
+        refuse_sampled_loops(system, system.intake.inputs_of(leaves))
     easy = None
     if easier is not None:
         check_structure(easier, system, "The easier model")

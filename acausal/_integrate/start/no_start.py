@@ -1,5 +1,6 @@
 """Errors for a failed search for start values."""
 
+import itertools
 from collections.abc import Sequence
 
 import jax.numpy as jnp
@@ -77,14 +78,33 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
     lines = [f"No start values satisfy the conditions. Not met: {listed(missed)}."]
     left, sizes, _ = np.linalg.svd(slopes)
     rank = int(np.sum(sizes > RANK * max(sizes, default=0.0)))
-    clashes = [vector for vector in left.T[rank:] if abs(vector @ residual) > CLOSE]
-    for vector in clashes:
-        lines.append(f"  Conditions in conflict, linearly dependent: {listed([names[i] for i in _large(vector)])}.")
+    clashes = [_large(vector) for vector in _reduced(left.T[rank:]) if abs(vector @ residual) > CLOSE]
+    rests = problem.rest_names
+    unbalanced = [[rests[i] for i in clash] for clash in clashes if rests.keys() >= set(clash.tolist())]
+    if clashes and len(unbalanced) == len(clashes):
+        states = list(dict.fromkeys(itertools.chain(*unbalanced)))
+        return "\n".join([*lines, *map(_unbalanced, unbalanced), _BALANCE.format(states)])
+    for clash in clashes:
+        lines.append(f"  Conditions in conflict, linearly dependent: {listed([names[i] for i in clash])}.")
     given = _given_names(problem)
     less = "remove one of the conditions" + (f", or omit or free a start value: {listed(given)}" if given else "")
     other = "give better initial guesses as start values with free=[...], or an `easier` model to start from"
     lines.append(f"  Remedy: {less if clashes else other}.")
     return "\n".join(lines)
+
+
+_BALANCE = (
+    "  Remedy: `moving={}` for states that may change in a steady state, such as the angle of a shaft or the charge of "
+    "a battery; otherwise a part that balances them, such as a spring, a leak or a feedback, or `solve_for` a "
+    "parameter that does."
+)
+
+
+def _unbalanced(states: list[str]) -> str:
+    """The sentence for states with rates that no start value can bring to zero together."""
+    if len(states) == 1:
+        return f"  No steady state: {states[0]} integrates something that is not zero, and no start value balances it."
+    return f"  No steady state: no start values bring the rates of {listed(states)} to zero together."
 
 
 def _about_flat(problem: Problem, found: NearestPoint) -> str:
@@ -137,6 +157,18 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Number
 
 def _given_names(problem: Problem) -> list[str]:
     return [problem.system.flat.leaves[i].path for i in sorted(problem.fixed)]
+
+
+def _reduced(basis: np.ndarray) -> np.ndarray:
+    """A basis of the same space in reduced row echelon form, so that unrelated dependencies are apart."""
+    rows = np.array(basis)
+    for i in range(len(rows)):
+        k, column = np.unravel_index(np.argmax(np.abs(rows[i:])), rows[i:].shape)
+        rows[[i, i + k]] = rows[[i + k, i]]
+        rows[i] /= rows[i, column]
+        others = np.arange(len(rows)) != i
+        rows[others] -= np.outer(rows[others, column], rows[i])
+    return rows
 
 
 def _large(vector: np.ndarray) -> np.ndarray:

@@ -134,6 +134,12 @@ class Problem:
         rests = [f"der({names[i]}) = 0" for i in self.rests]
         return [*system.constraints.names, *rests, *initial, *unknowns, *self.names]
 
+    @property
+    def rest_names(self) -> dict[int, str]:
+        """The states that must be at rest, by the index of the residual of their rates."""
+        names = self.system.element_names
+        return {len(self.system.constraints.names) + i: names[place] for i, place in enumerate(self.rests)}
+
 
 def problem_of(
     system: System,
