@@ -15,9 +15,10 @@ _SAME = {
     "blocks": {
         "Continuous": "Derivative FirstOrder Integrator LimPID PI PID SecondOrder StateSpace TransferFunction",
         "Math": "Division Gain Product",
-        "Nonlinear": "DeadZone Limiter SlewRateLimiter",
+        "Nonlinear": "DeadZone Limiter PadeDelay SlewRateLimiter",
         "Sources": "Constant ExpSine Exponentials Pulse Ramp SawTooth Sine Step Trapezoid",
-        "Logical": "Switch",
+        "Logical": "And Hysteresis Not Or Switch Timer Xor",
+        "Noise": "NormalNoise UniformNoise",
     },
     "electrical": {
         "Basic": "CCC CCV Capacitor Conductor Ground Gyrator HeatingResistor Inductor Potentiometer Resistor "
@@ -49,9 +50,13 @@ _SAME = {
 _OTHER = {
     "blocks": {
         "Clock": "Sources.ContinuousClock",
+        "Comparator": "Logical.Greater",
+        "Latch": "Logical.RSFlipFlop",
         "LimPI": "Continuous.LimPID",
         "Maximum": "Math.Max",
         "Minimum": "Math.Min",
+        "OnDelay": "MathBoolean.OnDelay",
+        "SampledDelay": "Discrete.UnitDelay",
         "SampleHold": "Discrete.ZeroOrderHold",
         "Sum": "Math.Add",
         "Table1D": "Tables.CombiTable1Ds",

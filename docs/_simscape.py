@@ -6,6 +6,7 @@ Those of `components.hydraulic` are in `_fluid_power.py`.
 SIMSCAPE: dict[str, dict[str, str]] = {
     "blocks": {
         "Constant": "PS Constant",
+        "Counter": "PS Counter",
         "DeadZone": "PS Dead Zone",
         "Division": "PS Divide",
         "Gain": "PS Gain",
@@ -13,6 +14,8 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "Limiter": "PS Saturation",
         "Maximum": "PS Max",
         "Minimum": "PS Min",
+        "NormalNoise": "PS Random Number",
+        "PadeDelay": "PS Constant Delay",
         "Product": "PS Product",
         "Sine": "PS Sine Wave",
         "Step": "PS Step",
@@ -21,6 +24,8 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "Table1D": "PS Lookup Table (1D)",
         "Table2D": "PS Lookup Table (2D)",
         "TransferFunction": "PS Transfer Function",
+        "TransportDelay": "PS Variable Delay",
+        "UniformNoise": "PS Uniform Random Number",
     },
     "electrical": {
         "Battery": "Battery",

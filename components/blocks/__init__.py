@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from ._controllers import LimitedController as LimitedController
     from ._controllers import LimPI as LimPI
     from ._controllers import LimPID as LimPID
+    from ._delays import PadeDelay as PadeDelay
+    from ._delays import TransportDelay as TransportDelay
+    from ._filters import LeadLag as LeadLag
+    from ._filters import Notch as Notch
     from ._interfaces import SI2SO as SI2SO
     from ._interfaces import SISO as SISO
     from ._interfaces import Input as Input
@@ -25,6 +29,17 @@ if TYPE_CHECKING:
     from ._learned import Network as Network
     from ._linear_systems import StateSpace as StateSpace
     from ._linear_systems import TransferFunction as TransferFunction
+    from ._logic import And as And
+    from ._logic import Comparator as Comparator
+    from ._logic import Counter as Counter
+    from ._logic import Hysteresis as Hysteresis
+    from ._logic import Latch as Latch
+    from ._logic import Monostable as Monostable
+    from ._logic import Not as Not
+    from ._logic import OnDelay as OnDelay
+    from ._logic import Or as Or
+    from ._logic import Timer as Timer
+    from ._logic import Xor as Xor
     from ._math import Division as Division
     from ._math import Function as Function
     from ._math import Gain as Gain
@@ -33,6 +48,9 @@ if TYPE_CHECKING:
     from ._math import Product as Product
     from ._math import Sum as Sum
     from ._math import WeightedSum as WeightedSum
+    from ._noise import BandLimitedNoise as BandLimitedNoise
+    from ._noise import NormalNoise as NormalNoise
+    from ._noise import UniformNoise as UniformNoise
     from ._nonlinear import DeadZone as DeadZone
     from ._nonlinear import Limiter as Limiter
     from ._nonlinear import Play as Play
@@ -41,8 +59,12 @@ if TYPE_CHECKING:
     from ._nonlinear import Switch as Switch
     from ._pwm import PWMAverage as PWMAverage
     from ._sampled import PWM as PWM
-    from ._sampled import SampledPI as SampledPI
+    from ._sampled import MovingAverage as MovingAverage
+    from ._sampled import SampledDelay as SampledDelay
     from ._sampled import SampleHold as SampleHold
+    from ._sampled_controllers import SampledP as SampledP
+    from ._sampled_controllers import SampledPI as SampledPI
+    from ._sampled_controllers import SampledPID as SampledPID
     from ._sources import Clock as Clock
     from ._sources import Constant as Constant
     from ._sources import Ramp as Ramp

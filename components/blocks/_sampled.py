@@ -1,4 +1,4 @@
-"""Blocks with periodic events: sample and hold, sampled controller, pulse-width modulation."""
+"""Blocks with periodic events: sample and hold, delay line, moving average, pulse-width modulation."""
 
 from typing import Self
 
@@ -13,12 +13,12 @@ from acausal import (
     Requirements,
     Scalar,
     Time,
+    Vector,
     at,
     eq,
-    nonzero,
     positive,
     require,
-    unbounded,
+    shape,
 )
 
 from .._limit import limited
@@ -46,37 +46,49 @@ class SampleHold(SISO, Sampled):
         return dict(sample=at(self.start_time, every=self.period, held=self.u.value))
 
 
-class SampledPI(Sampled):
-    """A digital PI controller of e = u_s - u_m with limits: at each sample x increases by e period / T, y = k (e + x).
+class SampleLine(SISO, Sampled, partial=True):
+    """A block that keeps the last n samples of u."""
 
-    Backward differences; clamping as anti-windup: x is constant while y is at a limit and e drives it further. y is
-    held between samples and is 0 before the first sample.
-    """
-
-    k: Param[Scalar, "1", nonzero]  # gain
-    T: Param[Scalar, "s", positive]  # integral time
-    y_min: Param[Scalar, "1", unbounded] = -jnp.inf  # lower limit of y
-    y_max: Param[Scalar, "1", unbounded] = jnp.inf  # upper limit of y
-    x: Discrete[Scalar, "1"] = 0.0  # integral part, before the gain
-    held: Discrete[Scalar, "1"] = 0.0  # y
-    u_s: Input = Input()  # setpoint
-    u_m: Input = Input()  # measured value
-    y: Output = Output()
+    n: int  # number of samples
+    line: Discrete[Vector, "", shape("n")] = 0.0  # the last n samples, oldest first
+    held: Discrete[Scalar, ""] = 0.0  # y
 
     def requirements(self) -> Requirements:
-        return (require(self.y_min < self.y_max, "y_min must be smaller than y_max"),)
+        return (require(self.n >= 1, "n must be 1 or more"),)
 
     def equations(self, d: Self) -> Equations:
         return dict(hold=eq(self.y.value, self.held))
 
+    def shifted(self) -> Vector:
+        """The line with the present u as its last sample."""
+        return jnp.concatenate([self.line[1:], jnp.reshape(self.u.value, (1,))])
+
+
+class SampledDelay(SampleLine):
+    """y = u of n samples ago, held until the next sample: a delay by n periods, exact for sampled signals.
+
+    As MSL `UnitDelay` for n = 1, the default. y is `held`, and then `line`, until n samples have passed; all are 0 by
+    default. For the delay of a continuous signal see `PadeDelay`.
+    """
+
+    n: int = 1
+
     def events(self) -> Events:
-        error = self.u_s.value - self.u_m.value
-        x = self.x + error * self.period / self.T
-        wanted = self.k * (error + x)
-        y = limited(wanted, self.y_min, self.y_max)
-        winds_up = (wanted - y) * self.k * error > 0.0
-        kept = jnp.where(winds_up, self.x, x)
-        return dict(sample=at(self.start_time, every=self.period, held=y, x=kept))
+        return dict(sample=at(self.start_time, every=self.period, held=self.line[0], line=self.shifted()))
+
+
+class MovingAverage(SampleLine):
+    """y = mean of the last n samples of u, held until the next sample.
+
+    Until n samples have been taken, y is the mean of those taken; 0 before the first. The gain at the angular frequency
+    w is |sin(n w period/2) / (n sin(w period/2))|, zero at the multiples of 1/(n period) in Hz.
+    """
+
+    taken: Discrete[Scalar, "1"] = 0.0  # number of samples taken, at most n
+
+    def events(self) -> Events:
+        taken, line = jnp.minimum(self.taken + 1.0, float(self.n)), self.shifted()
+        return dict(sample=at(self.start_time, every=self.period, held=jnp.sum(line) / taken, line=line, taken=taken))
 
 
 class PWM(Sampled):

@@ -4,7 +4,7 @@ import dataclasses
 
 from acausal import Symbol
 
-from .._drawing import circle, rect
+from .._drawing import circle, head, rect
 
 COLOUR = "#009e73"  # of lines and parts of this domain
 
@@ -39,7 +39,10 @@ def _round(text: str) -> Symbol:
 GAIN = Symbol(40, 40, ONE, "M4 3v34L36 20zM0 20h4M36 20h4", texts=((15, 20, "k", 13),))
 STAIRS = "M7 32h6v-8h7v-8h7v-7h6"
 LIMIT = "M58 28h5l8-16h5"
+DIGITAL = "M54 28h5v-5h5v-5h5v-6h5"
 CHANGEOVER = {"u1": (0, 10), "u2": (0, 30), "control": (20, 40), "y": (40, 20)}
+SMOOTH = "M6 22l4-8 4 10 4-13 4 17 4-12 4 7 4-6"
+SPIKES = "M6 24h4v-9h4v13h4v-18h4v12h4v-7h4v11h4"
 PULSES = "M6 30h5v-20h6v20h5v-20h6v20h5"
 
 _SYMBOLS = {
@@ -87,8 +90,41 @@ _SYMBOLS = {
     "PID": _box(ONE, "PID"),
     "LimPI": _box(ERROR, curve=LIMIT, width=80) + Symbol(0, 0, {}, texts=((28, 20, "PI", 13),)),
     "LimPID": _box(ERROR, curve=LIMIT, width=80) + Symbol(0, 0, {}, texts=((28, 20, "PID", 13),)),
-    "SampledPI": _box(ERROR, curve="M54 28h5v-5h5v-5h5v-6h5", width=80) + Symbol(0, 0, {}, texts=((26, 20, "PI", 13),)),
+    "SampledPI": _box(ERROR, curve=DIGITAL, width=80) + Symbol(0, 0, {}, texts=((26, 20, "PI", 13),)),
     "TwoPointController": _box(ERROR, curve="M8 30h18v-20M14 30v-20h18"),
+    "LeadLag": _fraction("1 + T1 s", "1 + T2 s"),
+    "Notch": _box(ONE, curve="M7 7v26h26M7 12h9q3 0 4 18q1-18 4-18h9"),
+    "PadeDelay": _box(ONE, "e⁻ˢᵀ"),
+    "TransportDelay": Symbol(
+        40, 40, {**ONE, "rate": (20, 40)}, rect(0, 0, 40, 40) + "M8 14h24M8 26h24M12 20h14", solid=head(30, 20, 1, 0)
+    ),
+    "SampledDelay": _box(ONE, "z⁻ⁿ"),
+    "MovingAverage": _box(ONE, "Σ/n"),
+    "SampledController": _box(ERROR, curve=DIGITAL, width=80),
+    "SampledP": _box(ERROR, curve=DIGITAL, width=80) + Symbol(0, 0, {}, texts=((26, 20, "P", 13),)),
+    "SampledPID": _box(ERROR, curve=DIGITAL, width=80) + Symbol(0, 0, {}, texts=((26, 20, "PID", 13),)),
+    "UniformNoise": _source(SPIKES),
+    "NormalNoise": _source(SPIKES),
+    "BandLimitedNoise": _source(SMOOTH),
+    "And": _box(TWO, "&"),
+    "Or": _box(TWO, "≥1"),
+    "Xor": _box(TWO, "=1"),
+    "Not": Symbol(40, 40, ONE, rect(0, 0, 34, 40) + circle(37, 20, 3), texts=((17, 20, "1", 14),)),
+    "Comparator": _box(TWO, ">"),
+    "Hysteresis": _box(ONE, curve="M8 30h18v-20M14 30v-20h18"),
+    "Latch": Symbol(
+        40,
+        40,
+        {"set": (0, 10), "reset": (0, 30), "y": (40, 20)},
+        rect(0, 0, 40, 40),
+        texts=((10, 10, "S", 12), (10, 30, "R", 12)),
+    ),
+    "Monostable": _box(ONE, curve="M6 30h9v-20h12v20h7"),
+    "OnDelay": _box(ONE, curve="M6 24h14v-14h14M8 33h12M8 30v6M20 30v6"),
+    "Timer": _box(ONE, curve=circle(20, 20, 14) + "M20 10v10l6 5"),
+    "Counter": Symbol(
+        40, 40, {"u": (0, 20), "reset": (20, 40), "y": (40, 20)}, rect(0, 0, 40, 40), texts=((20, 20, "123", 11),)
+    ),
     "Limiter": _box(ONE, curve=AXES + "M8 29h7l10-18h7"),
     "DeadZone": _box(ONE, curve=AXES + "M8 30l7-10h10l7-10"),
     "Play": _box(ONE, curve=AXES + "M10 31h11l8-22M11 31l8-22h11"),

@@ -54,7 +54,10 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "FixedPump": PUMP,
     "Function": dict(function=wave),
     "GasAccumulator": GAS,
+    "BandLimitedNoise": dict(sigma=1.0, f_min=1.0, f_max=2.0),
     "HBridge": dict(frequency=100.0),
+    "Hysteresis": dict(low=-1.0, high=1.0),
+    "MovingAverage": dict(period=1.0, n=2),
     "HoldingValve": dict(
         R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, seat=1.0, width=1.0, density=1.0
     ),
@@ -97,6 +100,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "TransferFunction": dict(b=[1.0], a=[1.0, 2.0, 3.0]),
     "Transformer": dict(L1=1.0, L2=1.0, M=0.5),
     "Trapezoid": dict(amplitude=1.0, period=4.0, rising=1.0, width=1.0, falling=1.0),
+    "UniformNoise": dict(period=1.0, y_min=0.0, y_max=1.0),
     "UnsteadyFrictionPipe": PIPE,
     "VariableOrifice": dict(area=1.0, liquid=OIL),
     "VariablePump": PUMP,

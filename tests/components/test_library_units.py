@@ -36,9 +36,15 @@ def test_no_unit_of_the_library_needs_pint() -> None:
 
 
 # Those of hydraulics carry shares of a stroke.
-SISO = [block for block in LIBRARY if isinstance(block, blocks.SISO) and "blocks" in type(block).__module__]
+# Not here: outputs that are 0, 1 or a time, and a block with a second input.
+OTHERS = (blocks.Hysteresis, blocks.Not, blocks.Timer, blocks.TransportDelay)
+SISO = [
+    block
+    for block in LIBRARY
+    if isinstance(block, blocks.SISO) and "blocks" in type(block).__module__ and not isinstance(block, OTHERS)
+]
 # What gives back its input, or a part of it; the others have gains, which may carry a unit.
-ALIKE = ("Limiter", "DeadZone", "Play", "SlewRateLimiter")
+ALIKE = ("Limiter", "DeadZone", "Notch", "Play", "SlewRateLimiter")
 
 
 def wire(sensor: Any, block: Any, drive: Any) -> Connections:
