@@ -26,6 +26,7 @@ from .known import KnownValues, is_external, shaped
 from .leaves import ModelLeaf, kind_of, known_unit
 from .model import ModelicaModel
 from .resolve import Previous, Resolver, Slots, with_parts
+from .semilinear import without_chains
 from .statement_terms import loop_names, targets_of
 from .tree import attribute_path, tree
 from .values import Value, is_known, number
@@ -69,7 +70,7 @@ class _Build:
         self._late: list[tuple[ModelLeaf, FlatVariable]] = []  # start values that depend on parameters
         self._late_previous: dict[str, tuple[Any, list[str]]] = {}  # those of discrete variables
         self.determined: list[tuple[str, Any, list[str]]] = []  # path, term, paths of its slots
-        self.equations: list[FlatEquation] = list(lowered.equations)
+        self.equations: list[FlatEquation] = without_chains(lowered.equations, self.flat.variables)
 
     def component(self) -> ModelicaModel:
         self._make_leaves()

@@ -11,6 +11,7 @@ from typing import Any
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
+from .previous_at_start import PreviousAtStart, previous_at_start
 
 INITIAL = e.Builtin("Initial", ())
 
@@ -80,6 +81,10 @@ class Lowering:
                 out.demands.append(Assertion(None, self._sampled(demand.condition), demand.message))
         for equation in flat.equations:
             out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
+        previous = PreviousAtStart.of(out.initial_equations)
+        out.initial_equations = previous.others
+        out.equations = previous.equations(out.equations)
+        out.algorithms = previous.algorithms(out.algorithms)
         return out
 
     # Samples
@@ -244,7 +249,7 @@ class Lowering:
     def _initial_values(self) -> None:
         for equation in self.flat.initial_equations:
             x = equation.residual
-            if isinstance(x, e.Binary) and x.op == "Sub":
+            if isinstance(x, e.Binary) and x.op == "Sub" and previous_at_start(x) is None:
                 for left, right in ((x.left, x.right), (x.right, x.left)):
                     name = self._held(left)
                     if name is not None and name not in self.out.initial:
