@@ -64,12 +64,15 @@ def _up_to_sign(terms: dict[Any, int]) -> frozenset[tuple[Any, int]]:
     return frozenset((name, sign * count) for name, count in terms.items())
 
 
+def _sum(parts: Sequence[Any]) -> Any:
+    return ft.reduce(lambda a, b: e.Binary("Add", a, b), parts)
+
+
 def _mixture(ports: Sequence[tuple[Any, Any]]) -> Any:
     """The mixed value of the flows into a junction."""
-    add = ft.partial(ft.reduce, ft.partial(e.Binary, "Add"))
     inflows = [e.Builtin("Max", (e.Unary("Minus", x), e.Const(0.0))) for x, _ in ports]
-    total = add(inflows)
-    mean = e.Binary("Div", add([s for _, s in ports]), e.Const(float(len(ports))))
-    carried = add([e.Binary("Mul", inflow, s) for inflow, (_, s) in zip(inflows, ports, strict=True)])
+    total = _sum(inflows)
+    mean = e.Binary("Div", _sum([s for _, s in ports]), e.Const(float(len(ports))))
+    carried = _sum([e.Binary("Mul", inflow, s) for inflow, (_, s) in zip(inflows, ports, strict=True)])
     flowing = e.Binary("Gt", total, e.Const(0.0))
     return e.Builtin("NoEvent", (e.If(((flowing, e.Binary("Div", carried, total)),), mean),))

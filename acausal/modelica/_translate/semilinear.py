@@ -56,7 +56,7 @@ def without_chains(equations: Sequence[FlatEquation], variables: Mapping[str, Fl
     if not stated:
         return list(equations)
     names = EqualNames(equations, variables)
-    groups: dict[tuple[Any, Any], list[_Link]] = {}
+    groups: dict[tuple[Any, Any, int], list[_Link]] = {}
     changed: dict[int, Any] = {}
     for place, (y, x, first, second) in stated:
         (y_root, y_sign), (x_root, x_sign) = names.of(y), names.of(x)
