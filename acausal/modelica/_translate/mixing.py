@@ -8,13 +8,14 @@ from .._syntax import expressions as e
 from .equal_names import EqualNames
 
 
-def semilinear(x: Any) -> tuple[Any, Any, Any, Any] | None:
+def semilinear(residual: Any) -> tuple[Any, Any, Any, Any] | None:
     """y, x, first and second of an equation y = semiLinear(x, first, second)."""
-    if not isinstance(x, e.Binary) or x.op != "Sub":
+    if not isinstance(residual, e.Binary) or residual.op != "Sub":
         return None
-    for y, call in ((x.left, x.right), (x.right, x.left)):
+    for y, call in ((residual.left, residual.right), (residual.right, residual.left)):
         if isinstance(call, e.Builtin) and call.name == "SemiLinear":
-            return y, *call.args
+            x, first, second = call.args
+            return y, x, first, second
     return None
 
 
