@@ -69,6 +69,7 @@ _OTHER = {
         "EMF": "Basic.RotationalEMF",
         "IdealOpAmp": "Ideal.IdealOpAmp3Pin",
         "NegativeResistor": "Basic.Resistor",
+        "OpAmp": "Basic.OpAmpDetailed",
     },
     "rotational": {
         "AccelerationSensor": "Sensors.AccSensor",

@@ -44,6 +44,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "IdealOpAmp": "Op-Amp",
         "IdealTransformer": "Ideal Transformer",
         "Inductor": "Inductor",
+        "OpAmp": "Band-Limited Op-Amp",
         "PMSM": "PMSM",
         "Resistor": "Resistor",
         "SignalCurrent": "Controlled Current Source",

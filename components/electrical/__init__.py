@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING
 from .._lazy import when_asked
 
 if TYPE_CHECKING:
+    from ._amplifiers import OpAmp as OpAmp
+    from ._amplifiers import VoltageComparator as VoltageComparator
     from ._battery import Battery as Battery
     from ._battery import Cable as Cable
     from ._brushed_motor import BrushDrop as BrushDrop

@@ -78,6 +78,12 @@ SOLENOID = Symbol(
     {"p": (20, 0), "n": (20, 60), "rod": (60, 30)},
     rect(8, 12, 24, 36) + "M8 48L32 12M20 0v12M20 48v12M32 30h28",
 )
+AMPLIFIER = Symbol(
+    60,
+    60,
+    {"p": (0, 20), "n": (0, 40), "out": (60, 30)},
+    "M10 2V58L54 30zM0 20h10M0 40h10M54 30h6M15 20h8M19 16v8M15 40h8",
+)
 RESISTOR, INDUCTOR, CAPACITOR = _two_pin(_RESISTOR), _two_pin(_COIL), _two_pin(_CAPACITOR)
 OUTPUT = {"y": (30, 0)}
 CONTROL = Symbol(60, 40, {"u": (30, 0)}, leads={"u": "M30 0v4"})
@@ -127,12 +133,9 @@ SYMBOLS = {
         + "M22 19L38 11",
         dashed="M20 0v14l6 3",
     ),
-    "IdealOpAmp": Symbol(
-        60,
-        60,
-        {"p": (0, 20), "n": (0, 40), "out": (60, 30)},
-        "M10 2V58L54 30zM0 20h10M0 40h10M54 30h6M15 20h8M19 16v8M15 40h8",
-    ),
+    "IdealOpAmp": AMPLIFIER + Symbol(0, 0, {}, texts=((34, 30, "∞", 13),)),
+    "OpAmp": AMPLIFIER,
+    "VoltageComparator": AMPLIFIER + Symbol(0, 0, {}, "M26 36h9v-12M30 36v-12h9"),
     "Transformer": Symbol(60, 60, FOUR, COILS + "M28 12v36M32 12v36"),
     "IdealTransformer": Symbol(60, 60, FOUR, COILS, solid=circle(20, 5, 2) + circle(40, 5, 2)),
     "Gyrator": Symbol(60, 60, FOUR, "M0 10h16a14 20 0 0 1 0 40h-16M60 10h-16a14 20 0 0 0 0 40h16"),

@@ -76,6 +76,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         gear=rotational.LossyGear.worm(ratio=1.0, efficiency=0.8), converter=rotational.IdealGearR2T(ratio=2.0)
     ),
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
+    "OpAmp": dict(v_max=1.0, v_min=-1.0),
     "Pipe": PIPE,
     "PMSM": dict(machine=MACHINE, J=1.0),
     "PMSMDrive": dict(machine=MACHINE, J=1.0, i_max=1.0, C=1.0),
@@ -104,6 +105,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "UnsteadyFrictionPipe": PIPE,
     "VariableOrifice": dict(area=1.0, liquid=OIL),
     "VariablePump": PUMP,
+    "VoltageComparator": dict(v_max=1.0, v_min=-1.0, band=0.1),
     "WeightedSum": dict(k=[1.0, -1.0]),
     "WormGear": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
     "FourWaySpool": dict(pa=EDGE, pb=EDGE, at=EDGE, bt=EDGE),

@@ -242,6 +242,8 @@ EXAMPLES: tuple[Component, ...] = (
     electrical.IdealCommutingSwitch(Ron=0.4, Goff=0.3),
     electrical.IdealDiode(Ron=0.4, Goff=0.3),
     electrical.IdealOpeningSwitch(Ron=0.4, Goff=0.3),
+    electrical.OpAmp(gain=1.7, f_t=0.3, v_max=0.7, v_min=-0.4, slew=0.9, R_out=0.3),
+    electrical.VoltageComparator(v_max=0.7, v_min=-0.4, band=0.2, R_out=0.3),
     electrical.Solenoid(R=1.3, L0=0.7, g0=0.4, closed=0.3),
     hydraulic.IdealCheckValve(conductance=1.3, cracking_pressure=0.0, leakage=0.4),
     hydraulic.LiftValve(stroke=0.4, **VALVE),

@@ -38,6 +38,7 @@ from components.electrical import (
     Inverter,
     MagnetEMF,
     NegativeResistor,
+    OpAmp,
     PMSMDrive,
     Potentiometer,
     PowerSensor,
@@ -51,10 +52,13 @@ from components.electrical import (
     VariableCapacitor,
     VariableInductor,
     VariableResistor,
+    VoltageComparator,
     VoltageSensor,
 )
 
 EXAMPLES = (
+    OpAmp(v_max=13.5, v_min=-13.5, f_t=3e6, slew=13e6),
+    VoltageComparator(v_max=5.0, v_min=0.0, band=0.01),
     AveragedBridge(),
     Battery(
         Q=60.0 * 3600.0,
