@@ -39,7 +39,19 @@ def reduce_index(table: Incidence) -> Reduced:
     mate = match(rows[top], variables[top], table.n_rows, table.n_variables)
     if np.any(mate < 0):
         _differentiate(rows, variables, order, counts, orders, mate)
+        _check_shapes(table, counts, orders)
     return Reduced(table, counts, orders)
+
+
+def _check_shapes(table: Incidence, counts: np.ndarray, orders: np.ndarray) -> None:
+    """Check that the differentiated equations contain no derivative of an array above its highest one.
+
+    An equation for some elements of an array does not determine the array, so the search passes over it.
+    """
+    above = ~table.matchable & (table.order + counts[table.row] > orders[table.variable])
+    if np.any(above):
+        names = listed(sorted({table.variable_name(v) for v in table.variable[above].tolist()}))
+        raise StructureError(f"Equations for elements determine the derivatives of these arrays only in parts: {names}")
 
 
 def _highest(table: Incidence) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -98,3 +98,38 @@ def test_rod_against_the_matrix_exponential() -> None:
     interior = hot + expm(matrix * t) @ (start[1:-1] - hot)
     np.testing.assert_allclose(sol.final.T, [hot, *interior, interior[-1]], rtol=1e-9)
     np.testing.assert_allclose(sol["T[3]"][-1], interior[2], rtol=1e-9)
+
+
+class Whirled(Component):
+    """A rod that friction brakes turns a mass on a circle; array equations hold the mass, a scalar one the torque."""
+
+    m: Param[Scalar, "kg"] = 2.0
+    radius: Param[Scalar, "m"] = 0.5
+    c: Param[Scalar, "N.m.s", positive] = 0.3
+    phi: Var[Scalar, "rad"] = 0.0
+    w: Var[Scalar, "rad/s"] = 0.0
+    tau: Var[Scalar, "N.m"] = 0.0
+    r: Var[Vector, "m", shape(2)] = 0.0  # pyright: ignore[reportAssignmentType]
+    v: Var[Vector, "m/s", shape(2)] = 0.0  # pyright: ignore[reportAssignmentType]
+    f: Var[Vector, "N", shape(2)] = 0.0  # pyright: ignore[reportAssignmentType]
+    tension: Var[Scalar, "N"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        outward = jnp.stack([jnp.cos(self.phi), jnp.sin(self.phi)])
+        along = jnp.stack([-jnp.sin(self.phi), jnp.cos(self.phi)])
+        return dict(
+            speed=eq(self.w, d.phi),
+            position=eq(self.r, self.radius * outward),
+            velocity=eq(self.v, d.r),
+            newton=eq(self.m * d.v, self.f),
+            torque=eq(self.tau, self.radius * jnp.dot(along, self.f)),
+            friction=eq(self.tau, -self.c * self.w),
+            tension=eq(self.tension, jnp.dot(outward, self.f)),
+        )
+
+
+def test_array_whose_elements_others_determine_is_taken_apart() -> None:
+    """The torque gives one element of the force, the circle the other one."""
+    sol = simulate(Whirled(w=3.0), 0.4, save="end", rtol=1e-9)
+    np.testing.assert_allclose(sol.final.w, 3.0 * np.exp(-0.3 * 0.4 / (2.0 * 0.5**2)), rtol=1e-8)
+    np.testing.assert_allclose(sol.final.tension, -2.0 * 0.5 * sol.final.w**2, rtol=1e-8)
