@@ -11,6 +11,7 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .._tracing import is_traced
+from .chained_starts import chained
 from .constraints import TOLERANCE
 from .given_unknowns import GivenUnknowns, given_unknowns
 from .intake import LARGE
@@ -68,13 +69,14 @@ def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -
     constraints = system.constraints
     x0 = start_point(system, inputs)
     weight = constraints.weights(given)
+    first = chained(system, x0, given, t0, inputs)
 
     def project(x: Array, _: None) -> tuple[Array, None]:
         return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
 
     # The constraints are nonlinear, so the first projection moves given values slightly. They are reset, and the
     # second projection, which starts near a solution, keeps them.
-    x = jax.lax.scan(project, x0, None, length=2)[0]
+    x = jax.lax.scan(project, first, None, length=2)[0]
     missed = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
     return x, jnp.where(jnp.any(missed), missed, _disagreement(system, inputs) | ~jnp.isfinite(x))
 

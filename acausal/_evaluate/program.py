@@ -95,17 +95,24 @@ def residual_program_of(ordered: Sorted, rows: list[int], kind_index: dict[int, 
     return _Writer(ordered, Torn([], [], rows, "explicit", 0), kind_index).write()
 
 
+def step_program_of(ordered: Sorted, row: int, pair: Pair, kind_index: dict[int, int]) -> Use:
+    """An equation as a program that solves it for a pair."""
+    return _Writer(ordered, Torn([(row, 0)], [], [], "explicit", 0), kind_index, (pair,)).write()
+
+
 def program_of(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
     """A torn block as a program, and the inputs of this block."""
     return _Writer(ordered, torn, kind_index).write()
 
 
 class _Writer:
-    def __init__(self, ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> None:
+    def __init__(
+        self, ordered: Sorted, torn: Torn, kind_index: dict[int, int], gives: tuple[Pair, ...] | None = None
+    ) -> None:
         self.table = ordered.table
         self.torn = torn
         self.kind_index = kind_index
-        self.gives = tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)
+        self.gives = gives or tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)
         self.unknown = {pair: i for i, pair in enumerate(self.gives)}
         self.values: dict[Pair, int] = {}
         self.params: dict[tuple[int, int, int], int] = {}

@@ -125,3 +125,35 @@ def test_what_depends_on_states_moves_before_they_do() -> None:
     """Each state takes half of the missing part of a given sum. The difference follows, however far it moves."""
     start = simulate(Pair(total=1.0), 0.1, save="dense").at(0.0)
     np.testing.assert_allclose(jnp.stack([start.x, start.y, start.apart]), [0.85, 0.15, 0.7], rtol=1e-3)
+
+
+class AngledPendulum(Component):
+    """A pendulum in Cartesian coordinates whose rod has the direction of a vector, which an angle determines."""
+
+    phi: Var[Scalar, ""] = 0.0
+    across: Var[Scalar, ""] = 0.0
+    down: Var[Scalar, ""] = 0.0
+    x: Var[Scalar, ""] = 0.0
+    y: Var[Scalar, ""] = 0.0
+    u: Var[Scalar, ""] = 0.0
+    v: Var[Scalar, ""] = 0.0
+    force: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        length = jnp.sqrt(self.across**2 + self.down**2)
+        return dict(
+            across=eq(self.across, 2.0 * jnp.sin(self.phi)),
+            down=eq(self.down, 2.0 * jnp.cos(self.phi)),
+            place_x=eq(self.x, self.across / length),
+            place_y=eq(self.y, -self.down / length),
+            speed_x=eq(self.u, d.x),
+            speed_y=eq(self.v, d.y),
+            newton_x=eq(d.u, -self.force * self.x),
+            newton_y=eq(d.v, -self.force * self.y - 9.81),
+        )
+
+
+def test_dependent_variables_follow_given_ones_before_the_search() -> None:
+    """The direction of a vector of zeros, the guess, is not a number."""
+    start = simulate(AngledPendulum(phi=0.3), 0.0).final
+    np.testing.assert_allclose(jnp.stack([start.x, start.y, start.u]), [np.sin(0.3), -np.cos(0.3), 0.0], rtol=1e-12)
