@@ -12,8 +12,8 @@ from .array import Array
 from .component import Component
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
-from .layout import rebuilt, with_determined
-from .node import Node, leaves_of, nodes_of
+from .layout import determined_names, rebuilt, with_determined
+from .node import Node, leaves_of
 from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
@@ -92,12 +92,6 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     changed = with_determined(rebuilt(model, new))
     _check(changed, "", list(values))
     return changed
-
-
-def determined_names(model: Node) -> set[str]:
-    """The paths of leaves that others determine."""
-    nodes = ((path, getattr(node, "determined_names", ())) for path, node in nodes_of(model))
-    return {join(path, name) for path, names in nodes for name in names}
 
 
 def _check(node: Node, path: str, names: Iterable[str], *, is_stacked: bool = False) -> None:

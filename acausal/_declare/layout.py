@@ -11,7 +11,7 @@ from jax.tree_util import PyTreeDef
 from .._numbers import Numbers
 from .annotations import Declaration
 from .fields import copied, dynamic_fields, first_index, join, parts_of
-from .node import Node, check_is_node, leaves_of
+from .node import Node, check_is_node, leaves_of, nodes_of
 
 N = TypeVar("N", bound=Node)
 T = TypeVar("T")
@@ -54,12 +54,14 @@ class Layout:
     """The leaves of a model in pytree order, including those that are not given.
 
     `structure` is that of the complete model. `places[i]` is the index of leaf i among the given ones, -1 if it is not
-    given. `determined` lists functions of ranges of leaves that replace those which others determine.
+    given. `determined` lists functions of ranges of leaves that replace those which others determine;
+    `determined_names` are the paths of the parameters among them.
     """
 
     structure: PyTreeDef
     places: tuple[int, ...]
     determined: tuple[tuple[int, int, Callable[[Sequence[Any]], Sequence[Any]]], ...]
+    determined_names: frozenset[str]
 
     def spread(self, given: Sequence[T]) -> list[T | None]:
         """All leaves; None for those that are not given."""
@@ -100,7 +102,14 @@ def layout_of(structure: PyTreeDef) -> Layout:
     numbered = structure.unflatten(range(structure.num_leaves))
     places = tuple(-1 if leaf.value is None else leaf.value for leaf in leaves_of(numbered))
     whole = rebuilt(numbered, lambda path, declaration, value: 0.0 if value is None else value, is_new=True)
-    return Layout(jax.tree_util.tree_structure(whole), places, tuple(_determined(numbered, 0)))
+    nodes = ((path, getattr(node, "determined_names", ())) for path, node in nodes_of(numbered))
+    names = frozenset(join(path, name) for path, own in nodes for name in own)
+    return Layout(jax.tree_util.tree_structure(whole), places, tuple(_determined(numbered, 0)), names)
+
+
+def determined_names(model: Node) -> frozenset[str]:
+    """The paths of the parameters that others determine."""
+    return layout_of(jax.tree_util.tree_structure(model)).determined_names
 
 
 def _determined(node: Node, first: int) -> Iterator[tuple[int, int, Callable[[Sequence[Any]], Sequence[Any]]]]:

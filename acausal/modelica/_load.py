@@ -7,8 +7,8 @@ from .._errors import ModelError
 from ._errors import ModelicaError
 from ._front.flatten import flat_model as front_end
 from ._syntax.flat import FlatModelica
-from ._syntax.read import UnknownSyntax
 from ._syntax.read import flat_model as read
+from ._syntax.read_expressions import UnknownSyntax
 from ._translate.build import component
 from ._translate.model import ModelicaModel
 

@@ -8,7 +8,7 @@ from acausal._jax_settings import programs
 from acausal.modelica._front import equations, flatten, session
 from acausal.modelica._front.flatten import flat_model
 from acausal.modelica._front.functions import hidden, shown
-from acausal.modelica._front.given import NAME, WRAPPER
+from acausal.modelica._front.request import NAME, WRAPPER
 from acausal.modelica._front.view import view
 
 MASS = (

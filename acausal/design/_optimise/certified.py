@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..._declare.by_name import determined_names
+from ..._declare.layout import determined_names
 from ..._declare.node import leaves_of
 from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
 from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified

@@ -4,7 +4,7 @@ import re
 
 from ..._errors import listed
 from .._errors import ModelicaError
-from .given import NAME, WRAPPER, Given, unknown
+from .request import NAME, WRAPPER, Request, unknown
 from .session import rumoca
 
 _BOX = re.compile(r"× (?P<what>[^\n]*)\n\s*╭─\[[^\n]*?:(?P<line>\d+):(?P<column>\d+)\]")
@@ -12,38 +12,38 @@ _MISSING = re.compile(r"unresolved (?P<kind>type reference|extends base class|co
 _PLACED = re.compile(r"(?P<what>.*?) \[(?P<file>[^\[\]]*?):(?P<line>\d+):(?P<column>\d+)\]")
 
 
-def syntax_error(given: Given) -> ModelicaError | None:
+def syntax_error(request: Request) -> ModelicaError | None:
     """The error for a text that is not Modelica; None if it is."""
-    found = [error.message for error in rumoca().validate_source(given.text, filename=NAME) if error.level == "error"]
+    found = [error.message for error in rumoca().validate_source(request.text, filename=NAME) if error.level == "error"]
     if not found:
         return None
     first = _BOX.search(found[0])
     if first is None:
-        return ModelicaError(f"{given.file or NAME}: {found[0]}")
-    return ModelicaError(f"{given.file or NAME}, line {first['line']}, column {first['column']}: {first['what']}.")
+        return ModelicaError(f"{request.file or NAME}: {found[0]}")
+    return ModelicaError(f"{request.file or NAME}, line {first['line']}, column {first['column']}: {first['what']}.")
 
 
-def failure(message: str, given: Given) -> ModelicaError:
+def failure(message: str, request: Request) -> ModelicaError:
     """The error for a model that the front end refuses."""
     if missing := _MISSING.search(message):
-        return _missing(missing["kind"], missing["name"], given)
+        return _missing(missing["kind"], missing["name"], request)
     if placed := _PLACED.search(message):
         what = placed["what"].partition("failed in ")[2].partition(": ")[2] or placed["what"]
-        file = placed["file"].replace(NAME, str(given.file or NAME))
+        file = placed["file"].replace(NAME, str(request.file or NAME))
         return ModelicaError(f"{file}, line {placed['line']}, column {placed['column']}: {what.strip()}.")
-    plain = message.partition("\nRelated failures")[0].replace(WRAPPER, given.model)
-    return ModelicaError(f"The front end refuses {given.model}: {plain.strip().rstrip('.')}.")
+    plain = message.partition("\nRelated failures")[0].replace(WRAPPER, request.model)
+    return ModelicaError(f"The front end refuses {request.model}: {plain.strip().rstrip('.')}.")
 
 
-def _missing(kind: str, name: str, given: Given) -> ModelicaError:
-    if name == given.model:
-        return unknown(given)
-    line = _line(name, given.text)
-    place = f"{given.file or NAME}, line {line}: " if line else ""
+def _missing(kind: str, name: str, request: Request) -> ModelicaError:
+    if name == request.model:
+        return unknown(request)
+    line = _line(name, request.text)
+    place = f"{request.file or NAME}, line {line}: " if line else ""
     if kind == "component reference":
         return ModelicaError(f"{place}there is no variable {name}.")
     library = name.partition(".")[0]
-    roots = f"these are {listed([str(root) for root in given.roots])}" if given.roots else "none are given"
+    roots = f"these are {listed([str(root) for root in request.roots])}" if request.roots else "none are given"
     return ModelicaError(
         f"{place}there is no class {name}. Give the folder that holds the library {library} by roots=[...]; {roots}."
     )

@@ -49,13 +49,13 @@ PATCHES = (
 )
 
 
-def changed(text: str, name: Path, hides: bool) -> str:
+def changed(text: str, name: Path, hides_equations: bool) -> str:
     """The text of a file as the front end gets it. `name` is its path, which begins with the name of the library;
-    its equations are hidden if `hides`.
+    its equations are hidden if `hides_equations`.
     """
     file = name.as_posix()
     text = functions.hidden(text, HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)
-    return equations.hidden(text, file) if hides else text
+    return equations.hidden(text, file) if hides_equations else text

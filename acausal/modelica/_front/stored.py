@@ -7,14 +7,14 @@ from pathlib import Path
 
 from ... import _program_files as files
 from ..._jax_settings import programs
-from .given import Given
+from .request import Request
 from .view import OWN, libraries, modelica_files
 
 
-def key(what: Given, version: str) -> str:
+def key(request: Request, version: str) -> str:
     """A digest of everything that determines the flat model: texts by their content, or by size and time if many."""
     digest = hashlib.sha256()
-    for part in (version, str(what.file), what.whole(what.text), OWN, *_stamps(what.roots)):
+    for part in (version, str(request.file), request.whole(request.text), OWN, *_stamps(request.roots)):
         digest.update(b"%d " % len(part.encode()) + part.encode())
     return digest.hexdigest()[:32]
 

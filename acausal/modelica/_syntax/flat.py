@@ -26,25 +26,20 @@ class FlatVariable:
     name: str
     type: str
     variability: str
-    causality: str
-    dims: tuple[int, ...]
-    binding: Expression | None
-    start: Expression | None
-    fixed: tuple[bool, ...]  # one for all elements, or one for each; empty if not stated
-    min: Expression | None
-    max: Expression | None
-    nominal: Expression | None
-    unit: str | None
-    display_unit: str | None
-    description: str | None
-    select: str
-    is_flow: bool
-    is_final: bool
-    is_protected: bool
-    evaluate: bool
-    is_discrete: bool
-    is_expandable: bool  # a member of an expandable connector, which exists only if something uses it
-    place: SourcePlace | None
+    causality: str = ""
+    dims: tuple[int, ...] = ()
+    binding: Expression | None = None
+    start: Expression | None = None
+    fixed: tuple[bool, ...] = ()  # one for all elements, or one for each; empty if not stated
+    min: Expression | None = None
+    max: Expression | None = None
+    nominal: Expression | None = None
+    unit: str | None = None
+    select: str = "Default"
+    is_flow: bool = False
+    evaluate: bool = False
+    is_expandable: bool = False  # a member of an expandable connector, which exists only if something uses it
+    place: SourcePlace | None = None
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -50,7 +50,7 @@ class _Side:
         traced: list[jax.Array] = []
 
         def arrays() -> list[jax.Array]:
-            values.append(taken(compute(), traced))
+            values.append(without_arrays(compute(), traced))
             return traced
 
         return cls(jax.make_jaxpr(arrays)(), values[0], traced)
@@ -70,24 +70,24 @@ class _Side:
         return jnp.result_type(value), np.shape(value)
 
 
-def taken(value: Value, arrays: list[jax.Array]) -> Value:
+def without_arrays(value: Value, arrays: list[jax.Array]) -> Value:
     """A value whose arrays are moved to a list."""
     if isinstance(value, dict):
-        return {name: taken(item, arrays) for name, item in value.items()}
+        return {name: without_arrays(item, arrays) for name, item in value.items()}
     if isinstance(value, tuple):
-        return tuple(taken(item, arrays) for item in value)
+        return tuple(without_arrays(item, arrays) for item in value)
     if is_known(value):
         return value
     arrays.append(value)
     return HeldValue(len(arrays) - 1)
 
 
-def put(value: Value, arrays: Sequence[Any]) -> Value:
+def with_arrays(value: Value, arrays: Sequence[Any]) -> Value:
     """A value with its arrays in their places."""
     if isinstance(value, dict):
-        return {name: put(item, arrays) for name, item in value.items()}
+        return {name: with_arrays(item, arrays) for name, item in value.items()}
     if isinstance(value, tuple):
-        return tuple(put(item, arrays) for item in value)
+        return tuple(with_arrays(item, arrays) for item in value)
     return arrays[value.number] if isinstance(value, HeldValue) else value
 
 
@@ -108,8 +108,8 @@ def choose(truth: Any, first: Callable[[], Value], second: Callable[[], Value]) 
     left = _outputs(a, [x for x, _ in pairs], types)
     right = _outputs(b, [y for _, y in pairs], types)
     if a.is_harmless() and b.is_harmless():
-        return put(merged, [jnp.where(truth, x, y) for x, y in zip(left(), right(), strict=True)])
-    return put(merged, jax.lax.cond(jnp.reshape(truth, ()), left, right))
+        return with_arrays(merged, [jnp.where(truth, x, y) for x, y in zip(left(), right(), strict=True)])
+    return with_arrays(merged, jax.lax.cond(jnp.reshape(truth, ()), left, right))
 
 
 def _attempt(compute: Callable[[], Value]) -> _Side | Failed:
@@ -124,13 +124,13 @@ def _spoilt(a: _Side | Failed, b: _Side | Failed, truth: Any) -> Value:
     side, fails = (b, truth) if isinstance(a, Failed) else (a, jnp.logical_not(truth))
     assert isinstance(side, _Side)
     arrays = [jnp.where(fails, jnp.nan, x) if x.dtype == float else x for x in side.arrays()]
-    return put(side.values, arrays)
+    return with_arrays(side.values, arrays)
 
 
 def _outer(side: _Side, other: _Side) -> Value:
     """The values of a side, with the arrays themselves where the other side has the same ones."""
     shared = {id(array) for array in other.traced}
-    return put(side.values, [x if id(x) in shared else HeldValue(i) for i, x in enumerate(side.traced)])
+    return with_arrays(side.values, [x if id(x) in shared else HeldValue(i) for i, x in enumerate(side.traced)])
 
 
 def _merged(a: Value, b: Value, pairs: list[tuple[Any, Any]]) -> Value:
@@ -174,7 +174,7 @@ def _outputs(side: _Side, values: list[Any], types: list[tuple[Any, Any]]) -> Ca
     def computed() -> list[jax.Array]:
         arrays = side.arrays()
         return [
-            jnp.broadcast_to(jnp.asarray(put(value, arrays), dtype), shape)
+            jnp.broadcast_to(jnp.asarray(with_arrays(value, arrays), dtype), shape)
             for value, (dtype, shape) in zip(values, types, strict=True)
         ]
 

@@ -8,10 +8,11 @@ from typing import Any
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica
+from .._syntax.visits import parts_of
 from .clock_partitions import Base, Clock, Partitions
-from .evaluate import NotKnown, parts_of
 from .known import KnownValues, variables_in
 from .paths import split
+from .scope import NotKnown
 
 CONVERSIONS = {
     "SubSample": "subSample",

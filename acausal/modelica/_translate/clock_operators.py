@@ -7,6 +7,7 @@ from typing import Any
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.visits import mapped
 from .clock_inference import CONVERSIONS, Inference
 from .clock_partitions import Base, Clock
 from .clock_ticks import TIME, Grid, binary
@@ -32,7 +33,7 @@ class Operators:
         grid = Grid(base, self.inference.partitions.clocks(), f"ticks_of_clock_{base.number}")
         self.grids[base] = grid
         for name, start in grid.starts().items():
-            self._store(plain_variable(name, "Real" if name == grid.origin else "Integer"), e.Const(start))
+            self._store(FlatVariable(name, "Real" if name == grid.origin else "Integer", "discrete"), e.Const(start))
 
     def of(self, x: Any, clock: Clock | None) -> Any:
         """An expression without operators, in an equation with a clock, or in a continuous one."""
@@ -187,7 +188,7 @@ class Operators:
             head, dot, last = of.rpartition(".")
             same = sum(other[:2] == key[:2] for other in self._made)
             self._made[key] = f"{head}{dot}{word}_{last}" + (f"_{same + 1}" if same else "")
-        variable = plain_variable("time", "Real") if of == "time" else self.variables[of]
+        variable = FlatVariable("time", "Real", "discrete") if of == "time" else self.variables[of]
         return dataclasses.replace(variable, name=self._made[key]), is_new
 
     def _store(self, variable: FlatVariable, start: Any = None) -> str:
@@ -203,22 +204,3 @@ class Operators:
 def discrete(variable: FlatVariable) -> FlatVariable:
     """A variable that changes at events only, whose start value is only that of `previous`."""
     return dataclasses.replace(variable, variability="discrete", binding=None, fixed=())
-
-
-def plain_variable(name: str, type_name: str) -> FlatVariable:
-    return FlatVariable(
-        name, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
-        False, False, True, False, True, False, None,
-    )  # fmt: skip
-
-
-def mapped(x: Any, change: Callable[[Any], Any]) -> Any:
-    """An expression or statement with its parts changed."""
-
-    def changed(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(changed(item) for item in value)
-        return change(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
-
-    changes = {f.name: changed(getattr(x, f.name)) for f in dataclasses.fields(x)}
-    return dataclasses.replace(x, **changes)

@@ -12,11 +12,11 @@ from typing import Any
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
+from .._syntax.visits import parts_of
 from .clock_inference import OPERATORS, Inference
 from .clock_operators import Operators, discrete
 from .clock_partitions import Clock
 from .clock_ticks import Tick
-from .evaluate import parts_of
 from .statement_terms import targets_of
 
 

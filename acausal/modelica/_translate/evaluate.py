@@ -1,12 +1,9 @@
 """Evaluation of expressions."""
 
-import dataclasses
-from collections import ChainMap
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Protocol
+from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,39 +12,13 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .branches import choose
 from .builtins import FUNCTIONS
-from .complex_numbers import is_complex, operation
+from .operators import RELATIONS, arithmetic, both_or_either, relation, unary
+from .scope import NotKnown, Scope
+from .special_functions import SPECIAL
+from .subscripts import elements, position
+from .term_properties import is_harmless, only_discrete, reads_rates
 from .terms import Opaque, RecordOf, SlotValue
-from .values import Value, is_known, number, plain, power, product, select, stacked
-
-
-class NotKnown(Exception):
-    """An expression that is not known while equations are translated; it names what is missing."""
-
-
-class FunctionLibrary(Protocol):
-    """Calls of functions of the model by name, with all their results."""
-
-    def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]: ...
-
-
-@dataclasses.dataclass(frozen=True)
-class Scope:
-    """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`.
-    `in_condition`: relations are conditions of events.
-    """
-
-    functions: FunctionLibrary
-    values: Sequence[Value] = ()
-    rates: Sequence[Value] = ()
-    locals: Mapping[str, Value] = dataclasses.field(default_factory=dict)
-    holds: bool = False
-    in_condition: bool = False
-
-    def without_events(self) -> "Scope":
-        return dataclasses.replace(self, holds=False)
-
-    def knowing(self, **names: Value) -> "Scope":
-        return dataclasses.replace(self, locals=ChainMap(names, self.locals))  # pyright: ignore[reportArgumentType]
+from .values import Value, is_known, number, plain, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -87,179 +58,67 @@ def _local(name: str, at: Scope) -> Value:
 
 
 def subscripted(value: Value, subs: Sequence[Any], at: Scope) -> Value:
-    """Elements of an array; Modelica counts from 1."""
+    """Elements of an array."""
     if isinstance(value, dict):
         return {name: subscripted(item, subs, at) for name, item in value.items()}
-    index = tuple(_index(sub, value, axis, at) for axis, sub in enumerate(subs))
-    if any(isinstance(item, jax.Array) for item in index):
-        value = jnp.asarray(value)
-    if any(isinstance(item, np.ndarray) for item in index) and len(index) > 1:
-        for axis, item in reversed(list(enumerate(index))):
-            value = value[(slice(None),) * axis + (item,)]
-        return plain(value)
-    return plain(value[index])
+    return elements(value, index_of(value, subs, at))
 
 
-def _index(sub: Any, value: Value, axis: int, at: Scope) -> Any:
-    if isinstance(sub, e.Colon):
-        return slice(None)
-    found = evaluate(sub, at.knowing(end=np.shape(value)[axis]))
-    if isinstance(found, bool):
-        return int(found)  # Boolean subscripts count false, true
-    if isinstance(found, np.ndarray):
-        return found.astype(int) - 1
-    if is_known(found):
-        return int(found) - 1
-    return jnp.round(found).astype(int) - 1
+def index_of(value: Value, subs: Sequence[Any], at: Scope) -> tuple[Any, ...]:
+    """The index that the subscripts of an array mean."""
+    sizes = np.shape(value)[: len(subs)]
+    return tuple(_position(sub, size, at) for sub, size in zip(subs, sizes, strict=True))
 
 
-_NUMERIC: dict[str, Callable[[Value, Value], Value]] = {
-    "Add": lambda a, b: a + b,
-    "Sub": lambda a, b: a - b,
-    "Mul": product,
-    "Div": lambda a, b: _quotient(a, b),
-    "Exp": power,
-    "AddElem": lambda a, b: a + b,
-    "SubElem": lambda a, b: a - b,
-    "MulElem": lambda a, b: a * b,
-    "DivElem": lambda a, b: _quotient(a, b),
-    "ExpElem": power,
-}
-_RELATIONS: dict[str, Callable[[Value, Value], Value]] = {
-    "Lt": lambda a, b: a < b,
-    "Le": lambda a, b: a <= b,
-    "Gt": lambda a, b: a > b,
-    "Ge": lambda a, b: a >= b,
-    "Eq": lambda a, b: a == b,
-    "Neq": lambda a, b: a != b,
-}
-
-
-def _quotient(a: Value, b: Value) -> Value:
-    if is_known(b) and not np.all(b):
-        b = np.asarray(b, float)
-        with np.errstate(all="ignore"):
-            return plain(a / b)
-    return a / b
+def _position(sub: Any, size: int, at: Scope) -> Any:
+    return slice(None) if isinstance(sub, e.Colon) else position(evaluate(sub, at.knowing(end=size)))
 
 
 def _binary(x: e.Binary, at: Scope) -> Value:
     if x.op in ("And", "Or"):
         return _logic(x, at)
-    if x.op in _RELATIONS:
+    if x.op in RELATIONS:
         return _relation(x, at)
-    if x.op not in _NUMERIC:
-        raise ModelError(f"the operator {x.op} is not supported.")
-    a, b = _first(x.left, at), _first(x.right, at)
-    if is_complex(a) or is_complex(b):
-        return operation(x.op, a, b)
-    if isinstance(a, dict):
-        return _record_operation(x.op, a, b)
-    return _NUMERIC[x.op](a, b)
-
-
-def _record_operation(op: str, a: dict[str, Value], b: Value) -> Value:
-    if op in ("Add", "Sub") and isinstance(b, dict):
-        return {name: _NUMERIC[op](a[name], b[name]) for name in a}
-    raise ModelError(f"the operator {op} of records is not supported.")
+    return arithmetic(x.op, _first(x.left, at), _first(x.right, at))
 
 
 def _logic(x: e.Binary, at: Scope) -> Value:
     a = evaluate(x.left, at)
-    is_and = x.op == "And"
-    if is_known(a) and np.ndim(a) == 0 and bool(a) != is_and:
-        return bool(a)
-    b = evaluate(x.right, at)
-    if is_known(a) and is_known(b):
-        return plain(np.logical_and(a, b) if is_and else np.logical_or(a, b))
-    if is_known(a) and np.ndim(a) == 0:
-        return b
-    if is_known(b) and np.ndim(b) == 0:
-        return a if bool(b) == is_and else bool(b)
-    return jnp.logical_and(a, b) if is_and else jnp.logical_or(a, b)
+    if is_known(a) and np.ndim(a) == 0 and bool(a) != (x.op == "And"):
+        return bool(a)  # the other side may have no value
+    return both_or_either(x.op, a, evaluate(x.right, at))
 
 
 def _relation(x: e.Binary, at: Scope) -> Value:
-    a, b = _first(x.left, at), _first(x.right, at)
-    if x.op in ("Lt", "Le", "Gt", "Ge"):
-        a, b = number(a), number(b)
-    truth = _RELATIONS[x.op](a, b)
+    truth = relation(x.op, _first(x.left, at), _first(x.right, at))
     if is_known(truth):
-        return plain(truth)
+        return truth
     holds = at.holds and x.op not in ("Eq", "Neq") and not (only_discrete(x.left) and only_discrete(x.right))
     # The engine cannot search for a relation between rates; such a relation counts as in noEvent.
     return held_relation(jnp.asarray(truth)) if holds and not reads_rates(x) else truth
 
 
-def reads_rates(x: Any) -> bool:
-    """Whether an expression reads a derivative."""
-    if isinstance(x, e.Builtin) and x.name == "Der":
-        return True
-    return any(reads_rates(part) for part in parts_of(x))
-
-
-def only_discrete(x: Any) -> bool:
-    """Whether an expression changes at events only."""
-    if isinstance(x, SlotValue):
-        return x.is_discrete
-    if isinstance(x, e.Binary) and x.op in _RELATIONS:
-        return True
-    return all(only_discrete(part) for part in parts_of(x))
-
-
-def parts_of(x: Any) -> list[Any]:
-    """The expressions directly inside an expression."""
-    found: list[Any] = []
-
-    def visit(item: Any) -> None:
-        if isinstance(item, tuple):
-            for inner in item:
-                visit(inner)
-        elif dataclasses.is_dataclass(item):
-            found.append(item)
-
-    for field in dataclasses.fields(x):
-        if not (isinstance(x, Opaque) and field.name == "value"):
-            visit(getattr(x, field.name))
-    return found
-
-
 def _unary(x: e.Unary, at: Scope) -> Value:
-    value = _first(x.arg, at)
-    if x.op == "Not":
-        return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
-    if isinstance(value, dict):
-        return {name: -item if x.op == "Minus" else item for name, item in value.items()}
-    return -number(value) if x.op in ("Minus", "MinusElem") else number(value)
+    return unary(x.op, _first(x.arg, at))
 
 
 def _if(x: e.If, at: Scope) -> Value:
-    for position, (condition, value) in enumerate(x.branches, 1):
+    for number_of, (condition, value) in enumerate(x.branches, 1):
         truth = evaluate(condition, at)
         if is_known(truth):
             if truth:
                 return evaluate(value, at)
             continue
-        rest = e.If(x.branches[position:], x.otherwise) if x.branches[position:] else x.otherwise
-        if at.holds or (_is_harmless(value) and _is_harmless(rest)):
+        rest = e.If(x.branches[number_of:], x.otherwise) if x.branches[number_of:] else x.otherwise
+        if at.holds or (is_harmless(value) and is_harmless(rest)):
             return select(truth, evaluate(value, at), evaluate(rest, at))
         return choose(truth, partial(evaluate, value, at), partial(evaluate, rest, at))
     return evaluate(x.otherwise, at)
 
 
-def _is_harmless(x: Any) -> bool:
-    """Whether an expression and its derivatives are finite wherever its parts are."""
-    if isinstance(x, e.Binary) and x.op not in ("Add", "Sub", "Mul", "AddElem", "SubElem", "MulElem"):
-        return False
-    if isinstance(x, e.FunctionCall | e.Builtin | e.If | e.Comprehension):
-        return False
-    return all(_is_harmless(part) for part in parts_of(x))
-
-
 def _builtin(x: e.Builtin, at: Scope) -> Value:
-    special = _SPECIAL.get(x.name)
-    if special is not None:
-        return special(x.args, at)
+    if x.name in SPECIAL:
+        return SPECIAL[x.name](x.args, at, _first)
     if x.name not in FUNCTIONS:
         raise ModelError(f"the function {x.name.lower()} is not supported.")
     args = [_first(arg, at) for arg in x.args]
@@ -268,64 +127,7 @@ def _builtin(x: e.Builtin, at: Scope) -> Value:
 
 def is_supported(name: str) -> bool:
     """Whether a function of the language has a value."""
-    return name in FUNCTIONS or name in _SPECIAL
-
-
-def _smooth(args: Sequence[Any], at: Scope) -> Value:
-    order = evaluate(args[0], at)
-    return evaluate(args[1], at.without_events() if order >= 1 else at)
-
-
-def _semilinear(args: Sequence[Any], at: Scope) -> Value:
-    zero, (x, up, down) = e.Const(0.0), args
-    return evaluate(e.If(((e.Binary("Ge", x, zero), e.Binary("Mul", up, x)),), e.Binary("Mul", down, x)), at)
-
-
-def _derivative(args: Sequence[Any], at: Scope) -> Value:
-    (x,) = args
-    if not at.rates:
-        raise NotKnown("a derivative")
-    if isinstance(x, SlotValue):
-        return at.rates[x.number]
-    if isinstance(x, e.Subscript) and isinstance(x.base, SlotValue):
-        return subscripted(at.rates[x.base.number], x.subs, at)
-    moving = [i for i, rate in enumerate(at.rates) if rate is not None]
-
-    def along(*values: Value) -> Value:
-        whole = list(at.values)
-        for i, value in zip(moving, values, strict=True):
-            whole[i] = value
-        return jnp.asarray(evaluate(x, dataclasses.replace(at, values=whole, holds=False)), float)
-
-    start = [jnp.asarray(at.values[i], float) for i in moving]
-    return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
-
-
-def _root(args: Sequence[Any], at: Scope) -> Value:
-    """A square root. That of max(low, x) is constant where x is less; the slope of the root at 0 is infinite."""
-    match args[0]:
-        case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
-            value = number(_first(x, at))
-            if not is_known(value):
-                root = FUNCTIONS["Sqrt"]
-                return choose(value > low.value, lambda: root(value), lambda: root(low.value))
-    return FUNCTIONS["Sqrt"](_first(args[0], at))
-
-
-def _unknown(name: str) -> Value:
-    raise NotKnown(name)
-
-
-_SPECIAL: dict[str, Callable[[Sequence[Any], Scope], Value]] = {
-    "NoEvent": lambda args, at: evaluate(args[0], at.without_events()),
-    "Smooth": _smooth,
-    "SemiLinear": _semilinear,
-    "Sqrt": _root,
-    "Der": _derivative,
-    "Terminal": lambda args, at: False,
-    "Initial": lambda args, at: _unknown("initial()"),
-    "Pre": lambda args, at: _unknown("pre"),
-}
+    return name in FUNCTIONS or name in SPECIAL
 
 
 def _array(x: e.ArrayOf, at: Scope) -> Value:

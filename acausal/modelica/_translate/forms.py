@@ -14,8 +14,9 @@ from ..._declare.component import Component, Equations, eq
 from ..._declare.node import derived
 from ..._declare.sizes import Sizes
 from .._syntax import expressions as e
-from .evaluate import FunctionLibrary, Scope, evaluate
+from .evaluate import evaluate
 from .leaves import ModelLeaf
+from .scope import FunctionLibrary, Scope
 from .statements import execute
 from .terms import RecordOf, SlotValue
 from .values import Value, number

@@ -11,10 +11,11 @@ from ..._errors import ModelError
 from ..._tracing import is_traced
 from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
-from .branches import put, taken
-from .evaluate import NotKnown, Scope, evaluate
+from .branches import with_arrays, without_arrays
+from .evaluate import evaluate
 from .external import BY_NAME, EXTERNAL
 from .programs import TracedFunction, hashable, is_large
+from .scope import NotKnown, Scope
 from .statements import execute
 from .values import Value, is_known
 
@@ -52,13 +53,13 @@ class Library:
     def _once(self, function: FlatFunction, names: dict[str, Value]) -> tuple[Value, ...]:
         """The results of a function that is traced once for each shape of its arguments."""
         arrays: list[jax.Array] = []
-        inputs = taken(names, arrays)
+        inputs = without_arrays(names, arrays)
         if not any(is_traced(array) for array in arrays):
             return self._results(function, names)
         key = (function.name, hashable(inputs), *((array.dtype, array.shape) for array in arrays))
         if key not in self.programs:
             self.programs[key] = TracedFunction(
-                function.name, lambda values: self._results(function, put(inputs, values))
+                function.name, lambda values: self._results(function, with_arrays(inputs, values))
             )
         return self.programs[key](arrays)
 

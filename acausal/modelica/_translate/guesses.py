@@ -5,28 +5,31 @@ x = y in both directions.
 """
 
 import functools as ft
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
 
 from ..._errors import AcausalError
 from .._syntax import expressions as e
-from .evaluate import NotKnown, Scope, evaluate, parts_of
+from .._syntax.visits import parts_of
+from .equation_groups import FormGroup
+from .evaluate import evaluate
 from .forms import Residual
 from .leaves import ModelLeaf
+from .scope import NotKnown, Scope
 from .terms import SlotValue
 from .values import Value, number
 
 SWEEPS = 8
 
 
-def propagate(groups: Mapping[Any, Any], leaves: Mapping[str, ModelLeaf], functions: Any) -> None:
+def propagate(groups: Collection[FormGroup], leaves: Mapping[str, ModelLeaf], functions: Any) -> None:
     """Sets the guesses of scalar real variables without one, in a few sweeps over all equations."""
     for _ in range(SWEEPS):
         found = 0
-        for key, group in groups.items():
-            form = key[0]
+        for group in groups:
+            form = group.form
             if not isinstance(form, Residual) or not isinstance(form.term, e.Binary) or form.term.op != "Sub":
                 continue
             for row in group.rows:

@@ -1,6 +1,5 @@
 """Values that are known when a model is translated: constants, and parameters that decide its structure."""
 
-import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -9,9 +8,11 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
-from .evaluate import NotKnown, Scope, evaluate
+from .._syntax.visits import mapped, parts_of
+from .evaluate import evaluate
 from .functions import Library
 from .paths import PathTree, split, tree_of
+from .scope import NotKnown, Scope
 from .values import Value, plain
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
@@ -81,15 +82,11 @@ class KnownValues(Mapping[str, Value]):
 
     def _sized(self, x: Any) -> Any:
         """An expression with the sizes of variables, which are known even where their values are not."""
-        if isinstance(x, tuple):
-            return tuple(self._sized(item) for item in x)
-        if not dataclasses.is_dataclass(x) or isinstance(x, type | e.Const | e.Ref):
-            return x
         if isinstance(x, e.Builtin) and x.name == "Size" and isinstance(x.args[0], e.Ref) and not x.args[0].subs:
             variable = self.flat.variables.get(x.args[0].name)
             if variable is not None and len(x.args) == 2:
                 return e.Const(variable.dims[int(self.value(x.args[1])) - 1])
-        return dataclasses.replace(x, **{f.name: self._sized(getattr(x, f.name)) for f in dataclasses.fields(x)})
+        return mapped(x, self._sized)
 
     def value_of(self, variable: FlatVariable) -> Value:
         """The value of a constant or parameter from its binding or start value; zero if it has none."""
@@ -174,8 +171,6 @@ def is_external(variable: FlatVariable, flat: FlatModelica) -> bool:
 
 def names_in(x: Any) -> Iterator[str]:
     """The names in an expression."""
-    from .evaluate import parts_of
-
     if isinstance(x, e.Ref):
         yield x.name
     for part in parts_of(x):

@@ -9,6 +9,7 @@ from typing import Any
 
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation
+from .._syntax.visits import mapped
 
 _INITIAL = e.Builtin("Initial", ())
 
@@ -56,14 +57,8 @@ class PreviousAtStart:
 
     def _in(self, x: Any) -> Any:
         match x:
-            case tuple():
-                return tuple(self._in(item) for item in x)
             case e.Builtin("Pre", (e.Ref() as ref,)) if ref in self.values:
                 # Relations in the value are those at the start and cause no events.
                 value = e.Builtin("NoEvent", (self.values[ref],))
                 return e.If(((_INITIAL, value),), x)
-        if not dataclasses.is_dataclass(x) or isinstance(x, type | e.Const | e.Ref):
-            return x
-        changes = {f.name: self._in(getattr(x, f.name)) for f in dataclasses.fields(x)}
-        same = all(value is getattr(x, name) for name, value in changes.items())
-        return x if same else dataclasses.replace(x, **changes)
+        return mapped(x, self._in)

@@ -9,8 +9,8 @@ import jax
 import numpy as np
 
 from .._syntax.flat import FlatFunction
-from .branches import put, taken
-from .evaluate import parts_of
+from .._syntax.visits import parts_of
+from .branches import with_arrays, without_arrays
 from .values import Value
 
 _LARGE = 30
@@ -24,7 +24,7 @@ class TracedFunction:
 
         def run(arrays: list[jax.Array]) -> list[jax.Array]:
             found: list[jax.Array] = []
-            self._values = taken(compute(arrays), found)
+            self._values = without_arrays(compute(arrays), found)
             return found
 
         run.__name__ = name.replace(".", "_")
@@ -32,7 +32,7 @@ class TracedFunction:
 
     def __call__(self, arrays: list[jax.Array]) -> Value:
         found = self._run(arrays)
-        return put(self._values, found)
+        return with_arrays(self._values, found)
 
 
 def hashable(value: Value) -> Any:

@@ -4,33 +4,22 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatVariable
-from .evaluate import NotKnown, is_supported
+from .._syntax.visits import mapped
+from .evaluate import is_supported
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .paths import PathTree, split
+from .scope import NotKnown
+from .slots import Previous, Slots
 from .statement_terms import resolved_body
+from .term_parts import constant, element, field, nested
 from .terms import Opaque, RecordOf, SlotValue
 from .values import Value, is_known
-
-
-class Slots:
-    """The leaves that a term reads, in the order of their slots."""
-
-    def __init__(self) -> None:
-        self.leaves: list[ModelLeaf] = []
-        self._places: dict[str, int] = {}
-
-    def slot(self, leaf: ModelLeaf) -> SlotValue:
-        if leaf.path not in self._places:
-            self._places[leaf.path] = len(self.leaves)
-            self.leaves.append(leaf)
-        return SlotValue(self._places[leaf.path], leaf.kind, leaf.is_discrete or leaf.role == "param")
 
 
 @dataclasses.dataclass
@@ -42,7 +31,7 @@ class Resolver:
 
     known: KnownValues
     leaves: Mapping[str, ModelLeaf]
-    previous: "Previous"
+    previous: Previous
 
     def term(self, x: Any, slots: Slots, local: frozenset[str] = frozenset()) -> Any:
         """The term of an expression. Names in `local` stay as they are."""
@@ -51,34 +40,6 @@ class Resolver:
     def body(self, body: e.Body, slots: Slots, local: frozenset[str]) -> e.Body:
         """Statements with resolved expressions, whose targets are names in `local`."""
         return resolved_body(body, _Resolution(self, slots, local).term)
-
-
-class Previous:
-    """The leaves that hold the values of `pre`. `leaves` are those of the model, whose names are taken."""
-
-    def __init__(self, leaves: Mapping[str, ModelLeaf]) -> None:
-        self.of: dict[str, ModelLeaf] = {}
-        self._leaves = leaves
-
-    def leaf(self, leaf: ModelLeaf) -> ModelLeaf:
-        """The discrete leaf for `pre` of a leaf."""
-        if leaf.path not in self.of:
-            head, dot, last = leaf.path.rpartition(".")
-            start = leaf.guess if leaf.value is None else leaf.value
-            start = jnp.broadcast_to(jnp.asarray(start, float), leaf.dims)
-            path = f"{head}{dot}pre_{last}"
-            while path in self._leaves:
-                path += "_"
-            self.of[leaf.path] = dataclasses.replace(
-                leaf,
-                path=path,
-                role="discrete",
-                is_discrete=True,
-                value=start,
-                is_followed=False,
-                variable=None,
-            )
-        return self.of[leaf.path]
 
 
 @dataclasses.dataclass
@@ -106,7 +67,7 @@ class _Resolution:
                 return x
             case e.Text():
                 return e.Text(self.term(x.arg))
-        return with_parts(x, self.term)
+        return mapped(x, self.term)
 
     def _subs(self, subs: Sequence[Any]) -> tuple[Any, ...]:
         ending = _Resolution(self.model, self.slots, self.local | {"end"})
@@ -146,7 +107,7 @@ class _Resolution:
             return RecordOf(tuple((part, self._whole(inner, name)) for part, inner in branch.parts.items()))
         if not branch.members:
             raise ModelError(f"the name {name} is unknown.")
-        return _nested([self._whole(inner, name) for inner in branch.members.values()], list(branch.members))
+        return nested([self._whole(inner, name) for inner in branch.members.values()], list(branch.members))
 
     def _if(self, x: e.If) -> Any:
         branches = []
@@ -218,60 +179,3 @@ class _Resolution:
                 return constant(np.array(dims, int), str(dims))
             return e.Const(dims[int(self.model.known.value(x.args[1])) - 1])
         return e.Builtin("Size", (base, *(self.term(arg) for arg in x.args[1:])))
-
-
-def constant(value: Value, key: str) -> Any:
-    """A known value as a term."""
-    if isinstance(value, bool | int | float | str):
-        return e.Const(value)
-    if isinstance(value, np.ndarray):
-        return Opaque(f"{value.dtype}{value.tolist()}", value)
-    if isinstance(value, dict):
-        return RecordOf(tuple((name, constant(item, f"{key}.{name}")) for name, item in value.items()))
-    return Opaque(f"{key} {value!r}", value)
-
-
-def field(term: Any, name: str) -> Any:
-    """A field of a record, or of each record of an array."""
-    if isinstance(term, RecordOf):
-        for own, value in term.fields:
-            if own == name:
-                return value
-        raise ModelError(f"the record has no field {name}.")
-    if isinstance(term, e.ArrayOf) and term.kind == "array":
-        return e.ArrayOf(tuple(field(item, name) for item in term.elements), "array")
-    if isinstance(term, e.Subscript):
-        return e.Subscript(field(term.base, name), term.subs)
-    return e.FieldOf(term, name)
-
-
-def element(term: Any, subs: tuple[Any, ...]) -> Any:
-    """Elements of an array, chosen at once where array and index are written out."""
-    if isinstance(term, e.ArrayOf) and term.kind == "array" and subs and isinstance(subs[0], e.Const):
-        found = term.elements[int(subs[0].value) - 1]
-        return element(found, subs[1:]) if len(subs) > 1 else found
-    if isinstance(term, RecordOf):
-        return RecordOf(tuple((name, element(item, subs)) for name, item in term.fields))
-    return e.Subscript(term, subs)
-
-
-def _nested(items: list[Any], indices: list[tuple[int, ...]]) -> Any:
-    if len(indices[0]) == 1:
-        return e.ArrayOf(tuple(items), "array")
-    rows: dict[int, tuple[list[Any], list[tuple[int, ...]]]] = {}
-    for item, (first, *rest) in zip(items, indices, strict=True):
-        own = rows.setdefault(first, ([], []))
-        own[0].append(item)
-        own[1].append(tuple(rest))
-    return e.ArrayOf(tuple(_nested(*row) for row in rows.values()), "array")
-
-
-def with_parts(x: Any, change: Any) -> Any:
-    """An expression with its parts changed."""
-
-    def changed(value: Any) -> Any:
-        if isinstance(value, tuple):
-            return tuple(changed(item) for item in value)
-        return change(value) if dataclasses.is_dataclass(value) and not isinstance(value, type) else value
-
-    return dataclasses.replace(x, **{f.name: changed(getattr(x, f.name)) for f in dataclasses.fields(x)})

@@ -10,7 +10,8 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .branches import Failed, choose
-from .evaluate import NotKnown, Scope, _index, evaluate
+from .evaluate import evaluate, index_of
+from .scope import NotKnown, Scope
 from .values import Value, is_known, plain, select
 
 Status = Literal["on", "break", "return"]
@@ -96,7 +97,7 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
         return value
     if isinstance(old, dict):
         return {name: _replaced(item, subs, value[name], at) for name, item in old.items()}
-    index = tuple(_index(sub, old, axis, at) for axis, sub in enumerate(subs))
+    index = index_of(old, subs, at)
     known = is_known(old) and is_known(value) and all(not isinstance(i, jax.Array) for i in index)
     if known:
         copy = np.array(old, dtype=np.result_type(old, value) if np.asarray(value).dtype.kind in "bif" else object)

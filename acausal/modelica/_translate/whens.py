@@ -11,7 +11,9 @@ from typing import Any
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
+from .._syntax.visits import mapped
 from .previous_at_start import PreviousAtStart, previous_at_start
+from .statement_terms import targets_of
 
 INITIAL = e.Builtin("Initial", ())
 
@@ -96,21 +98,12 @@ class Lowering:
                 ticks = self._variable("ticks", "Integer")
                 self.out.samples.append(SampleClock(ticks, *args))
                 return e.Binary("Gt", e.Ref(ticks), e.Builtin("Pre", (e.Ref(ticks),)))
-            case tuple():
-                return tuple(self._sampled(item) for item in x)
-        if not dataclasses.is_dataclass(x) or isinstance(x, type | e.Const | e.Ref):
-            return x
-        changes = {f.name: self._sampled(getattr(x, f.name)) for f in dataclasses.fields(x)}
-        same = all(value is getattr(x, name) for name, value in changes.items())
-        return x if same else dataclasses.replace(x, **changes)
+        return mapped(x, self._sampled)
 
     def _variable(self, name: str, type_name: str) -> str:
         full = f"{name}_{next(self.numbers)}"
         self.out.discrete.add(full)
-        self.out.variables[full] = FlatVariable(
-            full, type_name, "discrete", "", (), None, None, (), None, None, None, None, None, None, "Default",
-            False, False, True, False, True, False, None,
-        )  # fmt: skip
+        self.out.variables[full] = FlatVariable(full, type_name, "discrete")
         return full
 
     # When-clauses among equations
@@ -232,8 +225,6 @@ class Lowering:
         return tuple(found)
 
     def _when_statement(self, when: e.WhenClause, added: list[str]) -> list[e.Statement]:
-        from .statement_terms import targets_of
-
         before: list[e.Statement] = []
         blocks = []
         for condition, body in when.blocks:
@@ -275,14 +266,12 @@ class Lowering:
 
     def _initial_algorithm(self, algorithm: Algorithm) -> None:
         """Values that an initial algorithm computes, as variables of their own, which count at the start only."""
-        from .statement_terms import targets_of
-
         names = {name: f"start_of_{name}" for name in targets_of(algorithm.body) if name in self.flat.variables}
         if not names:
             return
         for name, start in names.items():
             self.out.variables[start] = dataclasses.replace(
-                self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=(), is_final=False
+                self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=()
             )
             self.out.initial[name] = e.Ref(start)
         body = tuple(_renamed(s, names) for s in algorithm.body)
@@ -290,14 +279,8 @@ class Lowering:
 
 
 def _renamed(x: Any, names: dict[str, str]) -> Any:
-    if isinstance(x, tuple):
-        return tuple(_renamed(item, names) for item in x)
-    if not dataclasses.is_dataclass(x) or isinstance(x, type):
-        return x
-    changes = {f.name: _renamed(getattr(x, f.name), names) for f in dataclasses.fields(x)}
-    if isinstance(x, e.Ref | e.Target) and x.name in names:
-        changes["name"] = names[x.name]
-    return dataclasses.replace(x, **changes)
+    x = mapped(x, lambda part: _renamed(part, names))
+    return dataclasses.replace(x, name=names[x.name]) if isinstance(x, e.Ref | e.Target) and x.name in names else x
 
 
 def _previous(names: tuple[str, ...]) -> Any:

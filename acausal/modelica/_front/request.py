@@ -15,7 +15,7 @@ _CLASS = re.compile(r"^\s*(?:\w+\s+)*?(?:model|block|class|package)\s+(\w+)", re
 
 
 @dataclass(frozen=True)
-class Given:
+class Request:
     """The text, the file that holds it, the name of the model, its modifiers, and the roots of libraries."""
 
     text: str
@@ -29,20 +29,20 @@ class Given:
         return f"{text}\npartial model {WRAPPER}\n extends {self.model}{self.modifiers};\nend {WRAPPER};\n"
 
 
-def given(source: str | Path, model: str, roots: Sequence[str | Path]) -> Given:
+def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Request:
     """Reads the source: a text, a file, or the folder of a package. Raises `ModelicaError` if a file is missing."""
     name, bracket, rest = model.partition("(")
     name, modifiers = name.strip(), bracket + rest
     folders = [_existing(Path(root), "root") for root in roots]
     file = _file(source)
     if file is None:
-        return Given(str(source), None, name, modifiers, tuple(folders))
+        return Request(str(source), None, name, modifiers, tuple(folders))
     if file.is_dir() or file.name == "package.mo":
-        return Given("", None, name, modifiers, (*folders, file if file.is_dir() else file.parent))
+        return Request("", None, name, modifiers, (*folders, file if file.is_dir() else file.parent))
     text = file.read_text("utf-8-sig")
     if _WITHIN.match(text):
-        return Given("", None, name, modifiers, (*folders, _package(file)))
-    return Given(text, file, name, modifiers, tuple(folders))
+        return Request("", None, name, modifiers, (*folders, _package(file)))
+    return Request(text, file, name, modifiers, tuple(folders))
 
 
 def classes(text: str) -> list[str]:
@@ -50,24 +50,24 @@ def classes(text: str) -> list[str]:
     return _CLASS.findall(text)
 
 
-def unknown(given: Given) -> ModelicaError:
+def unknown(request: Request) -> ModelicaError:
     """The error for a model that neither the text nor a library has."""
-    where = given.file or ("the text" if given.text else "the roots")
-    known = classes(given.text)
-    remedy = suggestion(given.model, known) or " Give its full name, and the folder of its library by roots=[...]."
-    return ModelicaError(f"There is no model {given.model} in {where}.{remedy}")
+    where = request.file or ("the text" if request.text else "the roots")
+    known = classes(request.text)
+    remedy = suggestion(request.model, known) or " Give its full name, and the folder of its library by roots=[...]."
+    return ModelicaError(f"There is no model {request.model} in {where}.{remedy}")
 
 
-def check_modifiers(given: Given, names: Iterable[str]) -> None:
+def check_modifiers(request: Request, names: Iterable[str]) -> None:
     """Raises `ModelicaError` for a modifier that names none of these variables: the front end ignores it."""
     known = {re.split(r"[.\[]", name)[0] for name in names}
-    text = given.modifiers[1:-1]
+    text = request.modifiers[1:-1]
     while (plain := re.sub(r"\([^()]*\)|\[[^\[\]]*\]|\{[^{}]*\}", "", text)) != text:
         text = plain
     for modifier in filter(None, text.split(",")):
         name = modifier.partition("=")[0].split()[-1]
         if "redeclare" not in modifier and name not in known:
-            raise ModelicaError(f"{given.model} has no {name} to modify.{suggestion(name, known)}")
+            raise ModelicaError(f"{request.model} has no {name} to modify.{suggestion(name, known)}")
 
 
 def _file(source: str | Path) -> Path | None:

@@ -1,0 +1,146 @@
+"""The leaves of a model: its parameters and variables."""
+
+import dataclasses
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..._errors import ModelError
+from .._syntax import expressions as e
+from .._syntax.flat import FlatEquation, FlatVariable
+from .known import is_external, shaped
+from .leaves import ModelLeaf, Role, kind_of, known_unit
+from .scope import NotKnown
+from .start_values import StartValues
+from .translation import INITIAL, Translation, as_leaf
+from .values import Value
+
+# "Never" is a wish here too: where the equations leave no other choice, such a variable becomes a state.
+_SELECT = {"Never": -1, "Avoid": -1, "Prefer": 1, "Always": 2}
+
+
+class ModelLeaves:
+    """Makes the leaves of a model, and the equations of bindings."""
+
+    def __init__(self, model: Translation, starts: StartValues) -> None:
+        self._model = model
+        self._starts = starts
+
+    def make(self) -> None:
+        leaves = self._model.leaves
+        leaves["time"] = ModelLeaf("time", "time", unit="s")
+        leaves[INITIAL] = ModelLeaf(INITIAL, "discrete", "boolean", is_discrete=True, value=1.0)
+        for sample in self._model.lowered.samples:
+            leaves[sample.ticks] = ModelLeaf(sample.ticks, "discrete", "integer", is_discrete=True, value=0.0)
+        variables = [variable for variable in self._model.flat.variables.values() if self._has_leaf(variable)]
+        for variable in variables:
+            if variable.variability != "parameter":
+                leaf = leaves[variable.name] = self._leaf(variable, "var")
+                self._starts.state(leaf)
+        self._parameters([variable for variable in variables if variable.variability == "parameter"])
+        self._starts.state_late()
+        for name in self._model.clocked.stored:
+            leaf = leaves[name]
+            leaf.role = "discrete"
+            leaf.value = jnp.broadcast_to(jnp.asarray(leaf.guess, float), leaf.dims)
+        for variable in self._model.flat.variables.values():
+            leaf = leaves.get(variable.name)
+            if leaf is not None and leaf.role == "var" and variable.binding is not None:
+                self._equate(variable, e.Ref(variable.name), variable.binding, "binding")
+
+    def _has_leaf(self, variable: FlatVariable) -> bool:
+        model = self._model
+        is_text = variable.type == "String" or is_external(variable, model.flat)
+        is_made = variable.name in model.leaves or model.known.has(variable)
+        return not is_made and not is_text and 0 not in variable.dims
+
+    def _equate(self, variable: FlatVariable, left: Any, right: Any, origin: str) -> None:
+        component = variable.name.rpartition(".")[0] if origin == "binding" else ""
+        sides = e.Binary("Sub", left, right)
+        self._model.equations.append(FlatEquation(sides, component, origin, variable.place))
+
+    # Parameters
+
+    def _parameters(self, variables: list[FlatVariable]) -> None:
+        """The leaves of real parameters: first those with a value, then those that others determine."""
+        for variable in variables:
+            if all(variable.fixed or (True,)):
+                self._model.leaves[variable.name] = self._leaf(variable, "param")
+            else:
+                self._open_parameter(variable)
+        for variable in variables:
+            leaf = self._model.leaves[variable.name]
+            if leaf.role == "param":
+                self._parameter_value(variable, leaf, [])
+
+    def _open_parameter(self, variable: FlatVariable) -> None:
+        """A parameter that initial equations determine: a variable that keeps its value."""
+        name, initial = variable.name, self._model.lowered.initial
+        leaf = self._model.leaves[name] = self._leaf(variable, "var")
+        if name in initial:
+            leaf.is_discrete = True
+            kept = e.Builtin("Pre", (e.Ref(name),))
+            value = e.If(((e.Builtin("Initial", ()), initial.pop(name)),), kept)
+            self._equate(variable, e.Ref(name), value, "initial")
+        else:
+            self._equate(variable, e.Builtin("Der", (e.Ref(name),)), e.Const(0.0), "initial")
+
+    def _parameter_value(self, variable: FlatVariable, leaf: ModelLeaf, path: list[str]) -> Value:
+        """The value of a parameter; one with a binding that reads others is determined by them."""
+        if leaf.value is not None:
+            return leaf.value
+        if variable.name in path:
+            raise ModelError(f"{variable.name} is determined by itself.")
+        stated = variable.start if variable.binding is None else variable.binding
+        if stated is None:
+            value: Value = np.zeros(variable.dims) if variable.dims else 0.0
+        else:
+            term, reads = self._model.term(stated)
+            if any(other.role != "param" for other in reads):
+                return self._becomes_variable(variable)
+            others = [(other.variable, other) for other in reads if other.variable is not None]
+            values = [self._parameter_value(other, its_leaf, [*path, variable.name]) for other, its_leaf in others]
+            if any(value is None for value in values):
+                return self._becomes_variable(variable)
+            value = self._model.value(term, values)
+            if reads:
+                self._model.determined.add(leaf, term, reads)
+        leaf.value = as_leaf(shaped(value, variable))
+        low = self._number(variable.min)
+        leaf.is_positive = low is not None and low >= 0 and bool(np.all(np.asarray(leaf.value) > 0))
+        return leaf.value
+
+    def _becomes_variable(self, variable: FlatVariable) -> None:
+        """A parameter whose binding reads one that initial equations determine."""
+        self._model.leaves[variable.name] = dataclasses.replace(self._leaf(variable, "var"), is_discrete=False)
+
+    # One leaf
+
+    def _leaf(self, variable: FlatVariable, role: Role) -> ModelLeaf:
+        is_real = variable.type == "Real"
+        return ModelLeaf(
+            variable.name,
+            role,
+            kind_of(variable.type),
+            variable.dims,
+            known_unit(variable.unit) if is_real else "1",
+            variable.name in self._model.lowered.discrete,
+            select=_SELECT.get(variable.select, 0),
+            nominal=self._nominal(variable) if is_real else 1.0,
+            variable=variable,
+        )
+
+    def _nominal(self, variable: FlatVariable) -> float | None:
+        found = self._number(variable.nominal)
+        return abs(found) if found else None
+
+    def _number(self, x: Any) -> float | None:
+        """The largest number of an attribute, if it is known."""
+        if x is None:
+            return None
+        try:
+            value = self._model.known.value(x)
+        except NotKnown:
+            return None
+        return float(np.max(value)) if np.size(value) else None

@@ -1,0 +1,87 @@
+"""The operators of the Modelica language, on values (Modelica 3.6, section 10.6)."""
+
+from collections.abc import Callable
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..._errors import ModelError
+from .complex_numbers import is_complex, operation
+from .values import Value, is_known, number, plain, power, product
+
+
+def _quotient(a: Value, b: Value) -> Value:
+    if is_known(b) and not np.all(b):
+        b = np.asarray(b, float)
+        with np.errstate(all="ignore"):
+            return plain(a / b)
+    return a / b
+
+
+_NUMERIC: dict[str, Callable[[Value, Value], Value]] = {
+    "Add": lambda a, b: a + b,
+    "Sub": lambda a, b: a - b,
+    "Mul": product,
+    "Div": _quotient,
+    "Exp": power,
+    "AddElem": lambda a, b: a + b,
+    "SubElem": lambda a, b: a - b,
+    "MulElem": lambda a, b: a * b,
+    "DivElem": _quotient,
+    "ExpElem": power,
+}
+_ORDERS: dict[str, Callable[[Value, Value], Value]] = {
+    "Lt": lambda a, b: a < b,
+    "Le": lambda a, b: a <= b,
+    "Gt": lambda a, b: a > b,
+    "Ge": lambda a, b: a >= b,
+}
+RELATIONS: dict[str, Callable[[Value, Value], Value]] = {
+    **_ORDERS,
+    "Eq": lambda a, b: a == b,
+    "Neq": lambda a, b: a != b,
+}
+
+
+def arithmetic(op: str, a: Value, b: Value) -> Value:
+    """A sum, difference, product, quotient or power."""
+    if op not in _NUMERIC:
+        raise ModelError(f"the operator {op} is not supported.")
+    if is_complex(a) or is_complex(b):
+        return operation(op, a, b)
+    if isinstance(a, dict):
+        return _of_records(op, a, b)
+    return _NUMERIC[op](a, b)
+
+
+def _of_records(op: str, a: dict[str, Value], b: Value) -> Value:
+    if op in ("Add", "Sub") and isinstance(b, dict):
+        return {name: _NUMERIC[op](a[name], b[name]) for name in a}
+    raise ModelError(f"the operator {op} of records is not supported.")
+
+
+def relation(op: str, a: Value, b: Value) -> Value:
+    """The truth of a relation."""
+    if op in _ORDERS:
+        a, b = number(a), number(b)
+    return plain(RELATIONS[op](a, b))
+
+
+def both_or_either(op: str, a: Value, b: Value) -> Value:
+    """`and` or `or` of two values, one of which may be known."""
+    is_and = op == "And"
+    if is_known(a) and is_known(b):
+        return plain(np.logical_and(a, b) if is_and else np.logical_or(a, b))
+    for known, other in ((a, b), (b, a)):
+        if is_known(known) and np.ndim(known) == 0:
+            return other if bool(known) == is_and else bool(known)
+    return jnp.logical_and(a, b) if is_and else jnp.logical_or(a, b)
+
+
+def unary(op: str, value: Value) -> Value:
+    """`not`, `-` or `+`."""
+    if op == "Not":
+        return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
+    if isinstance(value, dict):
+        return {name: unary(op, item) for name, item in value.items()}
+    return -number(value) if op in ("Minus", "MinusElem") else number(value)

@@ -1,0 +1,90 @@
+"""Functions of the language that depend on more than the values of their arguments (Modelica 3.6, section 3.7).
+
+Each takes its arguments as terms, the scope, and the function that evaluates a term.
+"""
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+
+from .._syntax import expressions as e
+from .branches import choose
+from .builtins import FUNCTIONS
+from .scope import NotKnown, Scope
+from .terms import SlotValue
+from .values import Value, is_known, number
+
+Args: TypeAlias = Sequence[Any]
+Evaluate: TypeAlias = Callable[[Any, Scope], Value]
+
+
+def _no_event(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    return evaluate(args[0], at.without_events())
+
+
+def _smooth(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    order = evaluate(args[0], at)
+    return evaluate(args[1], at.without_events() if order >= 1 else at)
+
+
+def _semilinear(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    zero, (x, up, down) = e.Const(0.0), args
+    return evaluate(e.If(((e.Binary("Ge", x, zero), e.Binary("Mul", up, x)),), e.Binary("Mul", down, x)), at)
+
+
+def _derivative(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    (x,) = args
+    if not at.rates:
+        raise NotKnown("a derivative")
+    if _is_part(x):
+        return evaluate(x, dataclasses.replace(at, values=at.rates))
+    moving = [i for i, rate in enumerate(at.rates) if rate is not None]
+
+    def along(*values: Value) -> Value:
+        whole = list(at.values)
+        for i, value in zip(moving, values, strict=True):
+            whole[i] = value
+        return jnp.asarray(evaluate(x, dataclasses.replace(at, values=whole, holds=False)), float)
+
+    start = [jnp.asarray(at.values[i], float) for i in moving]
+    return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
+
+
+def _is_part(x: Any) -> bool:
+    """Whether a term is a variable, or an element of one at a fixed place."""
+    if isinstance(x, e.Subscript) and all(isinstance(sub, e.Const | e.Colon) for sub in x.subs):
+        x = x.base
+    return isinstance(x, SlotValue)
+
+
+def _root(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    """A square root. That of max(low, x) is constant where x is less; the slope of the root at 0 is infinite."""
+    root = FUNCTIONS["Sqrt"]
+    match args[0]:
+        case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
+            value = number(evaluate(x, at))
+            if not is_known(value):
+                return choose(value > low.value, lambda: root(value), lambda: root(low.value))
+    return root(evaluate(args[0], at))
+
+
+def _missing(name: str) -> Callable[[Args, Scope, Evaluate], Value]:
+    def missing(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+        raise NotKnown(name)
+
+    return missing
+
+
+SPECIAL: dict[str, Callable[[Args, Scope, Evaluate], Value]] = {
+    "NoEvent": _no_event,
+    "Smooth": _smooth,
+    "SemiLinear": _semilinear,
+    "Sqrt": _root,
+    "Der": _derivative,
+    "Terminal": lambda args, at, evaluate: False,
+    "Initial": _missing("initial()"),
+    "Pre": _missing("pre"),
+}

@@ -1,0 +1,71 @@
+"""The state of a translation: the flat model, and what is found in it."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import jax.numpy as jnp
+
+from .._syntax.flat import FlatEquation, FlatModelica
+from .clocks import Clocked, without_clocks
+from .determined import Determined
+from .discrete_starts import with_starts
+from .evaluate import evaluate
+from .known import KnownValues
+from .leaves import ModelLeaf
+from .resolve import Resolver
+from .scope import Scope
+from .semilinear import without_chains
+from .slots import Previous, Slots
+from .values import Value, number
+from .whens import Lowered, Lowering
+
+INITIAL = "initial_"
+
+
+@dataclasses.dataclass
+class Translation:
+    """A flat model without clocks and when-clauses, with the leaves that replace its variables.
+
+    `leaves` are by Modelica name, `previous` are those that hold previous values.
+    """
+
+    flat: FlatModelica
+    clocked: Clocked
+    lowered: Lowered
+    known: KnownValues
+    leaves: dict[str, ModelLeaf]
+    previous: Previous
+    resolver: Resolver
+    equations: list[FlatEquation]
+    determined: Determined
+
+    @classmethod
+    def of(cls, flat: FlatModelica) -> "Translation":
+        flat, clocked = without_clocks(flat)
+        lowered = Lowering(flat).lower()
+        variables = with_starts({**flat.variables, **lowered.variables}, lowered.initial, lowered.equations)
+        flat = dataclasses.replace(flat, variables=variables)
+        known = KnownValues(flat)
+        leaves: dict[str, ModelLeaf] = {}
+        previous = Previous(leaves)
+        resolver = Resolver(known, leaves, previous)
+        equations = without_chains(lowered.equations, variables)
+        return cls(flat, clocked, lowered, known, leaves, previous, resolver, equations, Determined(known.library))
+
+    def term(self, x: Any) -> tuple[Any, list[ModelLeaf]]:
+        """The term of an expression, and the leaves of its slots."""
+        slots = Slots()
+        return self.resolver.term(x, slots), slots.leaves
+
+    def value(self, term: Any, values: Sequence[Value]) -> Value:
+        """The value of a term, where truths are numbers."""
+        return number(evaluate(term, Scope(self.known.library, values)))
+
+    def all_leaves(self) -> list[ModelLeaf]:
+        return [*self.leaves.values(), *self.previous.of.values()]
+
+
+def as_leaf(value: Value) -> Any:
+    """A value as the number of a leaf."""
+    return jnp.asarray(value, float)
