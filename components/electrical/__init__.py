@@ -9,12 +9,20 @@ if TYPE_CHECKING:
     from ._amplifiers import VoltageComparator as VoltageComparator
     from ._battery import Battery as Battery
     from ._battery import Cable as Cable
+    from ._bridge_inverters import AveragedBrakeChopper as AveragedBrakeChopper
+    from ._bridge_inverters import BrakeChopper as BrakeChopper
+    from ._bridge_inverters import DiodeBridge as DiodeBridge
+    from ._bridge_inverters import PhaseInverter as PhaseInverter
+    from ._bridge_inverters import PhaseModulator as PhaseModulator
     from ._brushed_motor import BrushDrop as BrushDrop
     from ._brushed_motor import BrushedMotor as BrushedMotor
     from ._brushed_motor import MagnetEMF as MagnetEMF
     from ._current_control import CurrentControlledBridge as CurrentControlledBridge
     from ._dq_machine import DqCurrents as DqCurrents
     from ._dq_machine import DqMachine as DqMachine
+    from ._half_bridges import AveragedHalfBridge as AveragedHalfBridge
+    from ._half_bridges import HalfBridge as HalfBridge
+    from ._half_bridges import Leg as Leg
     from ._interfaces import Pin as Pin
     from ._interfaces import TwoPin as TwoPin
     from ._interfaces import TwoPort as TwoPort
@@ -49,6 +57,13 @@ if TYPE_CHECKING:
     from ._switches import IdealCommutingSwitch as IdealCommutingSwitch
     from ._switches import IdealDiode as IdealDiode
     from ._switches import IdealOpeningSwitch as IdealOpeningSwitch
+    from ._three_phase import DqTerminals as DqTerminals
+    from ._three_phase import PhaseCapacitor as PhaseCapacitor
+    from ._three_phase import PhaseImpedance as PhaseImpedance
+    from ._three_phase import PhasePins as PhasePins
+    from ._three_phase import PhasePort as PhasePort
+    from ._three_phase import StarPoint as StarPoint
+    from ._three_phase import ThreePhaseSource as ThreePhaseSource
     from ._two_ports import CCC as CCC
     from ._two_ports import CCV as CCV
     from ._two_ports import VCC as VCC

@@ -85,6 +85,24 @@ AMPLIFIER = Symbol(
     "M10 2V58L54 30zM0 20h10M0 40h10M54 30h6M15 20h8M19 16v8M15 40h8",
 )
 RESISTOR, INDUCTOR, CAPACITOR = _two_pin(_RESISTOR), _two_pin(_COIL), _two_pin(_CAPACITOR)
+LEG = Symbol(
+    60,
+    60,
+    {"p": (20, 0), "n": (20, 60), "out": (60, 20), "duty": (0, 30), "heat": (50, 60)},
+    "M20 0v10M20 24v12M20 50v10M20 30h24v-10h16" + rect(14, 10, 12, 14) + rect(14, 36, 12, 14),
+    leads={"duty": "M0 30h10", "heat": "M50 60V43H26"},
+)
+CHOPPER = Symbol(
+    60,
+    40,
+    {**PINS, "heat": (30, 40)},
+    at(0, 20, "h16m-4-6l14-6m-2 12h4m0-6h24v12h-24zm24 6h8"),
+    leads={"heat": "M30 40v-14"},
+)
+PHASE_PLACES = (("a", 20), ("b", 40), ("c", 60))
+PHASE_IMPEDANCE = (
+    at(0, 10, "h10m0-5h22v10h-22zm22 5h4a6 6 0 0 1 12 0a6 6 0 0 1 12 0h20") + "M2 14l3-8M4 14l3-8M6 14l3-8"
+)
 OUTPUT = {"y": (30, 0)}
 CONTROL = Symbol(60, 40, {"u": (30, 0)}, leads={"u": "M30 0v4"})
 
@@ -148,6 +166,56 @@ SYMBOLS = {
     "CurrentLimitedBridge": _converter("=", "=", {**FOUR, "duty": (30, 0)}),
     "CurrentControlledBridge": _converter("=", "=", {**FOUR, "u": (30, 0)}),
     "Inverter": _converter("=", "≈", {"p": (0, 20), "n": (0, 40), "machine": (60, 30), "u_d": (20, 0), "u_q": (40, 0)}),
+    "Leg": LEG,
+    "HalfBridge": LEG + Symbol(0, 0, {}, "M32 38h4v-6h6v6h4"),
+    "AveragedHalfBridge": LEG + Symbol(0, 0, {}, "M32 36h14"),
+    "PhaseModulator": Symbol(
+        60,
+        80,
+        {
+            **{f"u_{x}": (0, y) for x, y in PHASE_PLACES},
+            **{f"d_{x}": (60, y) for x, y in PHASE_PLACES},
+        },
+        rect(0, 0, 60, 80) + "M10 52h6v-24h8v24h6v-24h12v24h8M10 40c10-28 12-28 20 0s12 28 20 0",
+    ),
+    "PhaseInverter": _converter(
+        "=",
+        "≈",
+        {"p": (0, 20), "n": (0, 40), "phases": (60, 30), "heat": (30, 60)}
+        | {"u_a": (20, 0), "u_b": (30, 0), "u_c": (40, 0)},
+    )
+    + Symbol(0, 0, {}, leads={"heat": "M30 60v-10"}),
+    "DiodeBridge": _converter("≈", "=", {"phases": (0, 30), "p": (60, 20), "n": (60, 40)}),
+    "Chopper": CHOPPER,
+    "BrakeChopper": CHOPPER + Symbol(0, 0, {}, "M7 4v5h3v-5h4v5h3"),
+    "AveragedBrakeChopper": CHOPPER + Symbol(0, 0, {}, "M6 7h11"),
+    "PhasePins": Symbol(
+        40,
+        60,
+        {"phases": (0, 30), "a": (40, 10), "b": (40, 30), "c": (40, 50)},
+        "M0 30h40M10 30L24 10h16M10 30L24 50h16",
+    ),
+    "StarPoint": Symbol(
+        40, 40, {"phases": (0, 20), "n": (40, 20)}, "M0 20h8M20 20L12 8M20 20L12 32M20 20h20", solid=circle(20, 20, 2)
+    ),
+    "ThreePhaseSource": Symbol(
+        60,
+        60,
+        {"phases": (60, 30), "n": (0, 30)},
+        circle(30, 30, 19) + "M0 30h11M49 30h11M18 30c4-12 8-12 12 0s8 12 12 0",
+        texts=((30, 42, "3", 10),),
+    ),
+    "PhaseImpedance": Symbol(80, 20, {"p": (0, 10), "n": (80, 10)}, PHASE_IMPEDANCE),
+    "PhaseCapacitor": Symbol(
+        60, 20, {"phases": (0, 10), "n": (60, 10)}, at(0, 10, _CAPACITOR) + "M10 14l4-8M13 14l4-8M16 14l4-8"
+    ),
+    "DqTerminals": Symbol(
+        60,
+        60,
+        {"phases": (0, 30), "machine": (60, 30), "shaft": (30, 60)},
+        rect(10, 10, 40, 40) + "M10 50L50 10M0 30h10M50 30h10M30 50v10",
+        texts=((21, 21, "abc", 10), (39, 41, "dq", 11)),
+    ),
     "EMF": _machine("EMF", "support"),
     "MagnetEMF": _machine("EMF", "heat"),
     "DCMotor": _machine("M"),

@@ -20,6 +20,7 @@ LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
 MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
 VALVE: dict[str, Any] = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
 
+LEG: dict[str, Any] = dict(frequency=1.3, dead_time=0.05, R_on=0.4, V_0=0.3, t_switch=0.2, i_0=0.6)
 NETWORK = blocks.Network.of(3, jax.random.key(0))
 RISING = blocks.MonotoneCurve(heights=[0.3, -0.4], slopes=[0.2, 0.5], offsets=[0.7, -0.3])
 
@@ -244,6 +245,19 @@ EXAMPLES: tuple[Component, ...] = (
     electrical.IdealOpeningSwitch(Ron=0.4, Goff=0.3),
     electrical.OpAmp(gain=1.7, f_t=0.3, v_max=0.7, v_min=-0.4, slew=0.9, R_out=0.3),
     electrical.VoltageComparator(v_max=0.7, v_min=-0.4, band=0.2, R_out=0.3),
+    electrical.AveragedBrakeChopper(R=1.3, v_on=0.7, v_off=0.2),
+    electrical.AveragedHalfBridge(**LEG),
+    electrical.BrakeChopper(R=1.3, v_on=0.7, v_off=0.2),
+    electrical.DiodeBridge(diode=electrical.IdealDiode(Ron=0.4, Goff=0.3)),
+    electrical.DqTerminals(pole_pairs=1.3),
+    electrical.HalfBridge(**LEG),
+    electrical.PhaseCapacitor(C=1.3),
+    electrical.PhaseImpedance(R=0.7, L=1.3),
+    electrical.PhaseInverter(leg=electrical.AveragedHalfBridge(**LEG)),
+    electrical.PhaseModulator(),
+    electrical.PhasePins(),
+    electrical.StarPoint(),
+    electrical.ThreePhaseSource(V=1.3, f=0.4),
     electrical.Solenoid(R=1.3, L0=0.7, g0=0.4, closed=0.3),
     hydraulic.IdealCheckValve(conductance=1.3, cracking_pressure=0.0, leakage=0.4),
     hydraulic.LiftValve(stroke=0.4, **VALVE),
@@ -276,6 +290,8 @@ EXAMPLES: tuple[Component, ...] = (
 
 
 LARGE = (
+    electrical.DiodeBridge,
+    electrical.PhaseInverter,
     electrical.PMSMDrive,
     hydraulic.DoubleActingCylinder,
     hydraulic.FixedPump,
