@@ -64,7 +64,7 @@ def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:
     if name in ELEMENTWISE:
         return [_elementwise(eqn, args)]
     if name in MOVES or (name in INDEXED_MOVES and not any(symbolic[1:])):
-        return [_moved(eqn, args)]
+        return [moved(eqn, args)]
     if name == "concatenate":
         return [np.concatenate([arg.astype(object) for arg in args], axis=eqn.params["dimension"])]
     if name == "stack":
@@ -83,7 +83,7 @@ def _elementwise(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
     return objects(results, shape)
 
 
-def _moved(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
+def moved(eqn: JaxprEqn, args: list[np.ndarray]) -> np.ndarray:
     """An operation that only moves elements, applied to their indices."""
     numbers = np.arange(args[0].size).reshape(args[0].shape)
     with jax.ensure_compile_time_eval():

@@ -18,6 +18,7 @@ from .flat_model import Kind
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .held import Held, with_truths
 from .jaxpr import check_effects, slice_outputs, structs
+from .picked import picked
 from .scalarise import element_values, elements_of, objects
 from .template import Input, Template, sliced
 from .traced import Forbidden, check_derivatives, tracing
@@ -101,7 +102,7 @@ def _traced(kind: Kind, method: str) -> _Traced:
         checks.update((name, equation.check_units) for name, equation in stated.items())
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 
-    closed = jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs]))
+    closed = picked(jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs])))
     check_effects(closed, where)
     check_bounds(closed, where)
     check_derivatives(closed, where)

@@ -57,7 +57,7 @@ package P
     Pair pair;
     Real s(start = 0), u;
     parameter Real found(fixed = false, start = 1) "by an initial equation";
-    Real p, rest(start = 1);
+    Real p, rest(start = 1), slope;
   equation
     der(p) = 1;
     der(rest) = found - 4 * rest;
@@ -85,6 +85,7 @@ package P
     last = k[end] + size(A, 1) + scalar([time]) + sum(i^2 for i in 1:n);
     pair = Pair(gains.a * time, gains.b);
     der(s) = time;
+    slope = der(sin(k[2] * time));
   initial equation
     s = gains.b - 4;
     p = 2;
@@ -122,6 +123,7 @@ def test_equations_functions_arrays_and_records() -> None:
     assert np.allclose(sol.pair.a, 2 * t)
     assert np.allclose(sol.pair.b, 5)
     assert np.allclose(sol.s, 1 + t**2 / 2, atol=1e-6)
+    assert np.allclose(sol.slope, 2 * np.cos(2 * t))
     assert np.allclose(sol.p, 2 + t)
     assert np.allclose(sol.found, 1.5)
     assert np.allclose(sol.rest, 1.5 / 4)

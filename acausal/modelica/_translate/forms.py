@@ -108,13 +108,14 @@ def form_class(
 ) -> Component:
     """A component whose leaves are the slots of a form."""
     names = [f"x{i}" for i in range(len(leaves))]
-    has_rate = [leaf.role == "var" for leaf in leaves]
+    roles = [leaf.role for leaf in leaves]
+    constant = {"time": 1.0}  # rates; those of parameters and discrete variables are not asked for
 
     def equations(self: Any, d: Any) -> Equations:
         at = Scope(
             functions,
             [getattr(self, name) for name in names],
-            [getattr(d, name) if moves else None for name, moves in zip(names, has_rate, strict=True)],
+            [getattr(d, x) if role == "var" else constant.get(role) for x, role in zip(names, roles, strict=True)],
             holds=not is_initial,
         )
         found = [item for item in form.residuals(at) if np.size(item)]
