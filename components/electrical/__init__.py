@@ -20,13 +20,19 @@ if TYPE_CHECKING:
     from ._current_control import CurrentControlledBridge as CurrentControlledBridge
     from ._dq_machine import DqCurrents as DqCurrents
     from ._dq_machine import DqMachine as DqMachine
+    from ._field_oriented import CurrentSetpoints as CurrentSetpoints
+    from ._field_oriented import FieldOrientedController as FieldOrientedController
+    from ._field_oriented import RotorToPhases as RotorToPhases
     from ._half_bridges import AveragedHalfBridge as AveragedHalfBridge
     from ._half_bridges import HalfBridge as HalfBridge
     from ._half_bridges import Leg as Leg
+    from ._induction import InductionMachine as InductionMachine
     from ._interfaces import Pin as Pin
     from ._interfaces import TwoPin as TwoPin
     from ._interfaces import TwoPort as TwoPort
     from ._limited_bridge import CurrentLimitedBridge as CurrentLimitedBridge
+    from ._linear_motors import LinearSynchronousMotor as LinearSynchronousMotor
+    from ._linear_motors import VoiceCoil as VoiceCoil
     from ._machines import EMF as EMF
     from ._machines import DCMotor as DCMotor
     from ._machines import TranslationalEMF as TranslationalEMF
@@ -53,6 +59,7 @@ if TYPE_CHECKING:
     from ._sources import ConstantVoltage as ConstantVoltage
     from ._sources import SignalCurrent as SignalCurrent
     from ._sources import SignalVoltage as SignalVoltage
+    from ._stepper import StepperMotor as StepperMotor
     from ._switches import IdealClosingSwitch as IdealClosingSwitch
     from ._switches import IdealCommutingSwitch as IdealCommutingSwitch
     from ._switches import IdealDiode as IdealDiode

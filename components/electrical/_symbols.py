@@ -103,6 +103,14 @@ PHASE_PLACES = (("a", 20), ("b", 40), ("c", 60))
 PHASE_IMPEDANCE = (
     at(0, 10, "h10m0-5h22v10h-22zm22 5h4a6 6 0 0 1 12 0a6 6 0 0 1 12 0h20") + "M2 14l3-8M4 14l3-8M6 14l3-8"
 )
+VOICE_COIL = Symbol(
+    60,
+    60,
+    {"p": (20, 0), "n": (20, 60), "rod": (60, 30)},
+    "M20 0v10" + _DOWN + "v10M6 10h-2v40h2M27 30h33",
+    solid=head(54, 30, 1, 0),
+)
+THREE_PHASES = circle(30, 30, 19) + "M0 30h11M49 30h11"
 OUTPUT = {"y": (30, 0)}
 CONTROL = Symbol(60, 40, {"u": (30, 0)}, leads={"u": "M30 0v4"})
 
@@ -236,13 +244,50 @@ SYMBOLS = {
         + circle(80, 30, 19),
         texts=((20, 20, "=", 13), (40, 41, "≈", 13), (80, 25, "M", 12), (80, 38, "3~", 10)),
     ),
-    "TranslationalEMF": Symbol(
+    "InductionMachine": Symbol(
         60,
         60,
-        {"p": (20, 0), "n": (20, 60), "rod": (60, 30)},
-        "M20 0v10" + _DOWN + "v10M6 10h-2v40h2M27 30h33",
-        solid=head(54, 30, 1, 0),
+        {"phases": (0, 30), "shaft": (60, 30)},
+        THREE_PHASES + circle(30, 30, 15),
+        texts=((30, 25, "M", 11), (30, 36, "3~", 9)),
     ),
+    "StepperMotor": Symbol(
+        60,
+        60,
+        {"A_p": (20, 0), "A_n": (40, 0), "B_p": (0, 20), "B_n": (0, 40), "shaft": (60, 30)},
+        circle(30, 30, 17) + "M20 0v16M40 0v16M0 20h16M0 40h16M47 30h13M22 36h5v-5h5v-5h5",
+    ),
+    "LinearSynchronousMotor": Symbol(
+        60,
+        60,
+        {"terminals": (0, 30), "rod": (60, 30)},
+        rect(10, 16, 40, 20) + rect(10, 38, 40, 6) + "M0 30h10M50 30h10M20 38v6M30 38v6M40 38v6",
+        texts=((30, 26, "M 3~", 11),),
+    ),
+    "VoiceCoil": VOICE_COIL + Symbol(0, 0, {}, rect(2, 2, 46, 56)),
+    "CurrentSetpoints": Symbol(
+        60,
+        60,
+        {"torque": (0, 10), "w": (0, 30), "v_dc": (0, 50), "i_d": (60, 20), "i_q": (60, 40)},
+        rect(0, 0, 60, 60),
+        texts=((14, 30, "T", 13), (44, 30, "i", 13)),
+    ),
+    "FieldOrientedController": Symbol(
+        80,
+        80,
+        {"i_d_set": (0, 20), "i_q_set": (0, 40), "w": (0, 60), "i_d": (20, 80), "i_q": (40, 80), "v_dc": (60, 80)}
+        | {"u_d": (80, 20), "u_q": (80, 40)},
+        rect(0, 0, 80, 80),
+        texts=((40, 30, "FOC", 14), (40, 50, "PI", 13)),
+    ),
+    "RotorToPhases": Symbol(
+        60,
+        60,
+        {"u_d": (0, 20), "u_q": (0, 40), "phi": (30, 60), "y_a": (60, 10), "y_b": (60, 30), "y_c": (60, 50)},
+        rect(0, 0, 60, 60) + "M0 60L60 0",
+        texts=((16, 16, "dq", 11), (42, 46, "abc", 10)),
+    ),
+    "TranslationalEMF": VOICE_COIL,
     "Solenoid": SOLENOID,
     "DataSheetSolenoid": SOLENOID,
     "VoltageSensor": _meter("V", **OUTPUT),

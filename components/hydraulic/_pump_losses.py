@@ -1,10 +1,13 @@
 """Losses of pumps and motors."""
 
 import abc
+from typing import Any, Self
 
 import jax.numpy as jnp
+import numpy as np
+from scipy.optimize import nnls
 
-from acausal import Events, Param, Record, Scalar, nonnegative, positive
+from acausal import Events, Param, ParameterError, Record, Scalar, nonnegative, positive
 
 from ._valves import turbulent_flow
 
@@ -35,6 +38,45 @@ class LaminarLosses(PumpLosses, partial=True):
     T_c: Param[Scalar, "N.m", nonnegative] = 0.0  # constant friction of seals and bearings
     w_t: Param[Scalar, "rad/s", positive] = 1.0  # width of the transition through rest
 
+    @classmethod
+    def from_efficiencies(
+        cls,
+        *,
+        displacement: Any,
+        speeds: Any,
+        pressures: Any,
+        volumetric: Any,
+        mechanical: Any,
+        viscosity: Any,
+        density: Any = 870.0,
+    ) -> Self:
+        """Coefficients >= 0 that fit measured efficiencies of a pump best, in least squares.
+
+        speeds in rad/s, pressure rises in Pa, and efficiencies, one row for each speed; viscosity in Pa.s and density
+        in kg/m3 at the measurement. The residuals are those of the volumetric efficiency, 1 - slip/(D w), and of the
+        inverse of the mechanical efficiency, 1 + drag/(D dp). Unlike a map, the law then holds at other viscosities.
+        """
+        w, dp = np.meshgrid(np.asarray(speeds, float), np.asarray(pressures, float), indexing="ij")
+        wanted = 1.0 - np.asarray(volumetric, float), 1.0 / np.asarray(mechanical, float) - 1.0
+        if any(item.shape != w.shape for item in wanted):
+            raise ParameterError(f"{cls.__name__}: efficiencies must have shape {w.shape}, speeds by pressures.")
+        values = tuple(float(item) for item in (displacement, viscosity, density))
+        found: dict[str, float] = {}
+        for terms, right in zip(cls._shares(w, dp, *values), wanted, strict=True):
+            columns = np.stack([term.ravel() for term in terms.values()], axis=1)
+            scale = np.max(columns, axis=0)
+            found |= dict(zip(terms, nnls(columns / scale, right.ravel())[0] / scale, strict=True))
+        return cls(**found)
+
+    @classmethod
+    def _shares(
+        cls, w: np.ndarray, dp: np.ndarray, displacement: float, viscosity: float, density: float
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        """Slip over D w and drag over D dp for a unit of each coefficient."""
+        slip = {"C_s": dp / (viscosity * w)}
+        ones = np.ones_like(dp)
+        return slip, {"C_v": viscosity * w / dp, "C_f": ones, "T_c": ones / (displacement * dp)}
+
     def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         return self.C_s * displacement * dp / viscosity
 
@@ -60,6 +102,16 @@ class SchloesserLosses(LaminarLosses):
     C_st: Param[Scalar, "1", nonnegative] = 0.0  # turbulent slip coefficient
     C_h: Param[Scalar, "1", nonnegative] = 0.0  # hydrodynamic drag coefficient
     p_t: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure rise
+
+    @classmethod
+    def _shares(
+        cls, w: np.ndarray, dp: np.ndarray, displacement: float, viscosity: float, density: float
+    ) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
+        slip, drag = super()._shares(w, dp, displacement, viscosity, density)
+        size = displacement ** (1.0 / 3.0)
+        slip["C_st"] = np.sqrt(2.0 * dp / density) / (size * w)
+        drag["C_h"] = 0.5 * density * (w * size) ** 2 / dp
+        return slip, drag
 
     def slip(self, displacement: Scalar, dp: Scalar, w: Scalar, viscosity: Scalar, density: Scalar) -> Scalar:
         conductance = self.C_st * displacement ** (2.0 / 3.0) * jnp.sqrt(2.0 / density)

@@ -20,6 +20,7 @@ LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))
 MESH = rotational.MeshLoss(efficiency=0.8, transition_power=0.7)
 VALVE: dict[str, Any] = dict(area=0.4, density=1.7, discharge_coefficient=0.8, transition_pressure=0.6)
 
+MACHINE = electrical.DqMachine(p=1.3, psi=0.7, Ld=0.4, Lq=0.6, Rs=0.3)
 LEG: dict[str, Any] = dict(frequency=1.3, dead_time=0.05, R_on=0.4, V_0=0.3, t_switch=0.2, i_0=0.6)
 NETWORK = blocks.Network.of(3, jax.random.key(0))
 RISING = blocks.MonotoneCurve(heights=[0.3, -0.4], slopes=[0.2, 0.5], offsets=[0.7, -0.3])
@@ -258,6 +259,13 @@ EXAMPLES: tuple[Component, ...] = (
     electrical.PhasePins(),
     electrical.StarPoint(),
     electrical.ThreePhaseSource(V=1.3, f=0.4),
+    electrical.CurrentSetpoints(machine=MACHINE, i_max=1.3),
+    electrical.FieldOrientedController(machine=MACHINE, bandwidth=1.3),
+    electrical.InductionMachine(p=1.3, Rs=0.4, Rr=0.3, Lm=1.7, Lssigma=0.2, Lrsigma=0.3, J=0.7),
+    electrical.LinearSynchronousMotor(tau_p=1.3, psi=0.7, Ld=0.4, Lq=0.6, Rs=0.3, m=1.7, cogging=0.2),
+    electrical.RotorToPhases(pole_pairs=1.3),
+    electrical.StepperMotor(R=0.4, L=0.7, k=1.3, N=1.7, J=0.6, detent=0.2, C=0.3),
+    electrical.VoiceCoil(R=0.4, k=1.3, m=0.7, L=0.3),
     electrical.Solenoid(R=1.3, L0=0.7, g0=0.4, closed=0.3),
     hydraulic.IdealCheckValve(conductance=1.3, cracking_pressure=0.0, leakage=0.4),
     hydraulic.LiftValve(stroke=0.4, **VALVE),
@@ -290,6 +298,7 @@ EXAMPLES: tuple[Component, ...] = (
 
 
 LARGE = (
+    electrical.CurrentSetpoints,
     electrical.DiodeBridge,
     electrical.PhaseInverter,
     electrical.PMSMDrive,
