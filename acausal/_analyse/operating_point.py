@@ -24,7 +24,7 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.loop.loop_start import event_start, why_ended
 from .._integrate.setup.options import check_starts_after_past, instant, starts_after_past
-from .._integrate.start.initialise import initialised_leaves
+from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
@@ -71,7 +71,7 @@ def operating_point(model: Component, system: System, at: object, t: object) -> 
     start_failed = None
     if not isinstance(at, Component):
         check_starts_after_past(system, past_of(model), 0.0 if t is None else instant(t, "t"), "t")
-    if at is None and system.initial_equations is not None:
+    if at is None and needs_search(system, leaves):
         leaves, start_failed = initialised_leaves(system, leaves, 0.0 if t is None else instant(t, "t"), past_of(model))
     if at is None:
         system.intake.check(leaves)

@@ -17,13 +17,23 @@ from .system import System
 
 def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
     """Algebraic unknowns with given start values, except those of nonlinear blocks, which are guesses."""
-    nodes = [system.flat.leaves[i].first + k for i in sorted(given) for k in range(system.flat.leaves[i].count)]
+    nodes = [node for i in sorted(given) for node in _nodes(system, i)]
     pairs = dict.fromkeys(pair for pair in (system.pair_of_node(node)[0] for node in nodes) if pair is not None)
     if not pairs:
         return []
     unknowns = system.ordered.unknowns
     guesses = {unknowns[u] for torn in system.torn if torn.method == "nonlinear" for u in torn.unknowns}
     return [pair for pair in pairs if pair not in guesses and pair not in system.constrained]
+
+
+def leaves_of_unknowns(system: System, given: frozenset[int], pairs: Sequence[Pair]) -> list[int]:
+    """The given leaves, by number, all of whose elements are among these unknowns."""
+    return [i for i in sorted(given) if all(system.pair_of_node(node)[0] in pairs for node in _nodes(system, i))]
+
+
+def _nodes(system: System, i: int) -> range:
+    leaf = system.flat.leaves[i]
+    return range(leaf.first, leaf.first + leaf.count)
 
 
 @dataclasses.dataclass

@@ -42,7 +42,7 @@ from .setup.options import (
 from .setup.settings import RunNumbers, Settings
 from .setup.user_function import UserFunction, as_function, trace
 from .solvers import AbstractRosenbrock, Rodas5P
-from .start.initialise import initialised_leaves
+from .start.initialise import initialised_leaves, needs_search
 from .start.start_search import search_start
 from .stored_run import run_stored
 
@@ -129,7 +129,7 @@ def simulate(
     start_time = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")
-    if system.initial_equations is not None and not resume:
+    if not resume and needs_search(system, leaves):
         with compiling("the start", model, search_start, progress):
             leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw)
     stop, stop_constants = _traced(until, system, "until")

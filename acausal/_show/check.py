@@ -21,7 +21,7 @@ from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._indices import joined
 from .._integrate.results.failure import about_block, about_range
-from .._integrate.start.initialise import initialised_leaves
+from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._reduce.flatten import flatten
 from .._reduce.stated import initial_templates, templates
 from .structure import structure
@@ -91,8 +91,8 @@ def _parameters(model: Component) -> list[str]:
 
 def _start(system: System, model: Component) -> list[str]:
     """Contradictions among start values, and equations without a solution there."""
-    if system.initial_equations is not None:
-        leaves, _ = complete_leaves(model)
+    leaves, _ = complete_leaves(model)
+    if needs_search(system, leaves):
         try:
             model = with_leaves(model, initialised_leaves(system, leaves, 0.0, past_of(model))[0])
         except SimulationError as error:

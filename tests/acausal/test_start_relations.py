@@ -1,10 +1,12 @@
 """A run from the result of `initialise` holds the relations of `ifelse` as a run of the model does."""
 
+from typing import Self
+
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Connections, connect, initialise, simulate
+from acausal import Component, Connections, Equations, Scalar, Time, Var, connect, eq, ifelse, initialise, simulate
 from components import blocks
 
 TIMES = jnp.linspace(0.05, 2.95, 30)
@@ -36,3 +38,24 @@ def test_a_searched_start_changes_no_law_in_pieces(name: str) -> None:
         found = simulate(start, 3.0, save=TIMES)
         for path in ("signal.y.value", "lag.y.value"):
             np.testing.assert_allclose(found[path], expected[path], atol=1e-6)
+
+
+class Settled(Component):
+    """x' = u and y = x + u, where u = 1 - t before t = 1, and -2 then."""
+
+    x: Var[Scalar, ""] = 0.0
+    y: Var[Scalar, ""] = 0.0
+    t: Time[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        u = ifelse(self.t < 1.0, 1.0 - self.t, -2.0)
+        return dict(rate=eq(d.x, u, check_units=False), sum=eq(self.y, self.x + u))
+
+
+def test_a_start_value_of_a_variable_that_depends_on_a_mode_determines_the_state() -> None:
+    model = Settled(y=0.5)
+    for start in (model, initialise(model)):
+        solution = simulate(start, 0.25)
+        np.testing.assert_allclose(solution["y"][0], 0.5, atol=1e-9)
+        np.testing.assert_allclose(solution["x"][0], -0.5, atol=1e-9)
+        np.testing.assert_allclose(solution["x"][-1], -0.5 + 0.25 - 0.5 * 0.25**2, atol=1e-9)

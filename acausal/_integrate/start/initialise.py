@@ -11,6 +11,7 @@ from ..._declare.component import Component
 from ..._declare.layout import complete_leaves, with_leaves
 from ..._declare.past import Past, past_of, with_past
 from ..._evaluate.building import check_structure, system_of
+from ..._evaluate.given_unknowns import given_unknowns, leaves_of_unknowns
 from ..._evaluate.packing import ModelParameters
 from ..._evaluate.system import System
 from ..._numbers import Numbers
@@ -99,11 +100,20 @@ def initialise(
     return with_past(initialised, outcome.past)
 
 
+def needs_search(system: System, leaves: Sequence[Numbers | None]) -> bool:
+    """Whether a search determines the start values of states: that of initial equations, or of given start values of
+    variables that depend on states in a way that the modes of the model decide.
+    """
+    if system.initial_equations is not None:
+        return True
+    return system.events is not None and bool(given_unknowns(system, system.intake.given(leaves)))
+
+
 def initialised_leaves(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
-    """The leaves of a model with start values that satisfy the initial equations of its components, and 1 if there are
-    none, else 0.
+    """The leaves of a model with start values that satisfy the initial equations of its components and those given, and
+    1 if there are none, else 0. Variables that depend on states have none any more.
 
     Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
     the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
@@ -115,6 +125,8 @@ def initialised_leaves(
     starts = [leaf.declaration.guess for leaf in system.flat.leaves]
     before = [starts[i] if leaf is None else leaf for i, leaf in enumerate(leaves)]
     found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
+    for i in leaves_of_unknowns(system, problem.given, problem.given_unknowns):
+        found[i] = None
     return found, jnp.where(outcome.is_bad, 1.0, 0.0)
 
 
