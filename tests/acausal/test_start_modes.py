@@ -362,7 +362,7 @@ def test_steady_motion() -> None:
         turning = initialise(shaft, steady=True, moving=[name])
         np.testing.assert_allclose(turning.inertia.w, 6.0, rtol=1e-12)
         np.testing.assert_allclose(turning.drag.phi_rel, 0.7, rtol=1e-5)
-    with pytest.raises(SimulationError, match="in conflict"):
+    with pytest.raises(SimulationError, match=r"No steady state: .* inertia\.w, drag\.phi_rel to zero together"):
         initialise(shaft, steady=True)
     with pytest.raises(ModelError, match=r"moving: torque\.flange\.tau is not tied to a state"):
         initialise(shaft, steady=True, moving=["torque.flange.tau"])
