@@ -37,6 +37,8 @@ class FlatVariable:
     unit: str | None = None
     select: str = "Default"
     is_flow: bool = False
+    is_stream: bool = False
+    is_overconstrained: bool = False
     evaluate: bool = False
     is_expandable: bool = False  # a member of an expandable connector, which exists only if something uses it
     place: SourcePlace | None = None
@@ -98,4 +100,4 @@ class FlatModelica:
     whens: tuple[WhenClause, ...]
     functions: Mapping[str, FlatFunction]
     enumerations: Mapping[str, int]  # ordinals of the literals
-    records: Mapping[str, tuple[str, tuple[int, ...]]]  # class and sizes of record instances
+    connectors: tuple[str, ...]  # those of the model itself

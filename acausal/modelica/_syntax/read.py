@@ -26,8 +26,12 @@ class _Places:
         return self._known[key]
 
 
+def _first_tag(node: Any) -> str:
+    return node if isinstance(node, str) else next(iter(node))
+
+
 def _variability(node: Any) -> str:
-    tag = node if isinstance(node, str) else next(iter(node))
+    tag = _first_tag(node)
     return {"Parameter": "parameter", "Constant": "constant", "Discrete": "discrete"}.get(tag, "continuous")
 
 
@@ -37,7 +41,7 @@ def _variable(node: Json, type_name: str, place: _Places) -> FlatVariable:
         name=node["name"],
         type=type_name,
         variability=_variability(node["variability"]),
-        causality=("" if causality == "Empty" else causality if isinstance(causality, str) else next(iter(causality))),
+        causality="" if causality == "Empty" else _first_tag(causality).lower(),
         dims=tuple(node["dims"]),
         binding=optional(node["binding"]),
         start=optional(node["start"]),
@@ -48,6 +52,8 @@ def _variable(node: Json, type_name: str, place: _Places) -> FlatVariable:
         unit=node["unit"],
         select=node["state_select"],
         is_flow=node["flow"],
+        is_stream=node["stream"],
+        is_overconstrained=node["is_overconstrained"],
         evaluate=node["evaluate"],
         is_expandable=node["from_expandable_connector"],
         place=place(node["source_span"]),
@@ -105,5 +111,5 @@ def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModelica:
         whens=tuple(when_clause(item) for item in node["when_chains"]),
         functions={key: _function(item, place) for key, item in node["functions"].items()},
         enumerations=node["enum_literal_ordinals"],
-        records={key: (item["type_name"], tuple(item["dims"])) for key, item in node["record_instances"].items()},
+        connectors=tuple(node["top_level_connectors"]),
     )

@@ -27,9 +27,10 @@ def component(flat: FlatModelica) -> ModelicaModel:
     has_events = bool(events) or INITIAL in groups.used()
     if not has_events:
         del model.leaves[INITIAL]
-    propagate(groups.groups.values(), model.leaves, model.known.library)
+    by_path = {leaf.path: leaf for leaf in model.leaves.values()}
+    propagate(groups.groups.values(), by_path, model.known.library)
     namespace = {"events": events.method()} if has_events else {}
-    root = tree(model.all_leaves(), ModelicaModel, _class_name(flat.name), namespace)
+    root = tree(model.all_leaves(), model.connectors.ports, ModelicaModel, _class_name(flat.name), namespace)
     places = {leaf.path: i for i, leaf in enumerate(leaves_of(root))}
     cls = type(root)
     cls.equation_groups = groups.stated(places)

@@ -5,17 +5,15 @@ import hashlib
 from collections.abc import Sequence
 from typing import Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
 from ..._declare.annotations import Declaration, positive
 from ..._declare.component import Component, Equations, eq
-from ..._declare.node import derived
-from ..._declare.sizes import Sizes
 from .._syntax import expressions as e
 from .evaluate import evaluate
 from .leaves import ModelLeaf
+from .nodes import instance, node_class
 from .scope import FunctionLibrary, Scope
 from .statements import execute
 from .terms import RecordOf, SlotValue
@@ -131,24 +129,3 @@ def form_class(
     )
     cls.__name__ = name  # as messages show it; the name with the digest identifies the class in another process
     return instance(cls, dict.fromkeys(names, 0.0))
-
-
-def node_class(base: type, name: str, leaves: dict[str, Declaration], namespace: dict[str, Any]) -> Any:
-    """A class of nodes with these leaves, and with the parts that the namespace annotates."""
-    fields = {
-        name: eqx.field(kw_only=True, default=None, metadata={"declaration": declaration})
-        for name, declaration in leaves.items()
-    }
-    parts = namespace.pop("parts", {})
-    annotations = dict.fromkeys(leaves, Any) | dict.fromkeys(parts, Component)
-    cls = derived(base, annotations, {**fields, **namespace})
-    cls.__name__ = cls.__qualname__ = name
-    return cls
-
-
-def instance(cls: Any, values: dict[str, Any]) -> Any:
-    """An instance of a class of nodes, without the checks of constructors."""
-    made = object.__new__(cls)
-    for name, value in {"nominal": Sizes(), "_past": None, **values}.items():
-        object.__setattr__(made, name, value)
-    return made

@@ -29,6 +29,7 @@ class ModelLeaf:
     value: Any = None
     is_followed: bool = False  # a start value that parameters determine unless the model has another one
     has_guess: bool = False  # whether the model states the guess
+    in_port: bool = False
     variable: FlatVariable | None = None
 
 

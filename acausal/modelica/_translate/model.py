@@ -18,6 +18,10 @@ class ModelicaModel(Component, partial=True):
 
     flat: ClassVar["FlatModelica"]
 
+    if TYPE_CHECKING:  # the attributes are known when a model is loaded
+
+        def __getattr__(self, name: str) -> Any: ...
+
     def __reduce__(self) -> Any:
         leaves = jax.tree_util.tree_leaves(self)
         return _rebuilt, (type(self).flat, leaves, [leaf is not None for leaf in _all_leaves(self)])

@@ -50,10 +50,10 @@ class ModelEvents:
             self._add(f"_{sample.ticks}", [self._before(sample.start), self._before(sample.interval)], event)
         for tick in model.clocked.ticks:
             terms = [*(() if tick.of is None else (tick.of,)), *tick.changes.values()]
-            names = tuple(map(attribute_path, tick.changes))
+            names = tuple(map(model.path, tick.changes))
             self._add(f"_{tick.kind}_{len(self._found)}", terms, ft.partial(_tick_event, tick.kind, names))
         for reset in lowered.resets:
-            event = ft.partial(_reset_event, attribute_path(reset.state))
+            event = ft.partial(_reset_event, model.path(reset.state))
             self._add(f"reinit_{len(self._found)}", [e.Ref(reset.active), reset.value], event)
         for demand in lowered.demands:
             self._demand(demand)

@@ -119,8 +119,9 @@ class ModelLeaves:
 
     def _leaf(self, variable: FlatVariable, role: Role) -> ModelLeaf:
         is_real = variable.type == "Real"
+        connectors = self._model.connectors
         return ModelLeaf(
-            variable.name,
+            connectors.path(variable),
             role,
             kind_of(variable.type),
             variable.dims,
@@ -129,6 +130,7 @@ class ModelLeaves:
             select=_SELECT.get(variable.select, 0),
             nominal=self._nominal(variable) if is_real else 1.0,
             variable=variable,
+            in_port=connectors.has(variable.name),
         )
 
     def _nominal(self, variable: FlatVariable) -> float | None:

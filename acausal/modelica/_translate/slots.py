@@ -1,6 +1,7 @@
 """The slots of terms, and the leaves that hold previous values."""
 
 import dataclasses
+import re
 from collections.abc import Mapping
 
 import jax.numpy as jnp
@@ -33,7 +34,7 @@ class Previous:
     def leaf(self, leaf: ModelLeaf) -> ModelLeaf:
         """The discrete leaf for `pre` of a leaf."""
         if leaf.path not in self.of:
-            head, dot, last = leaf.path.rpartition(".")
+            head, dot, last = _without_port(leaf).rpartition(".")
             start = leaf.guess if leaf.value is None else leaf.value
             start = jnp.broadcast_to(jnp.asarray(start, float), leaf.dims)
             path = f"{head}{dot}pre_{last}"
@@ -46,6 +47,12 @@ class Previous:
                 is_discrete=True,
                 value=start,
                 is_followed=False,
+                in_port=False,
                 variable=None,
             )
         return self.of[leaf.path]
+
+
+def _without_port(leaf: ModelLeaf) -> str:
+    """A path for a leaf that belongs to no port: a port has no variables besides those of its class."""
+    return re.sub(r"\W+", "_", leaf.path) if leaf.in_port else leaf.path

@@ -47,7 +47,7 @@ class StartValues:
             if any(other.role != "param" for other in reads):
                 continue
             self._set(leaf, self._model.value(term, [other.value for other in reads]))
-            if leaf.value is not None or leaf.path in self._model.clocked.stored:
+            if leaf.value is not None or leaf.variable.name in self._model.clocked.stored:
                 self._model.determined.add_start(leaf, term, reads)
             elif leaf.is_discrete:
                 self._late_previous[leaf.path] = (term, reads)

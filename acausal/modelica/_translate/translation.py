@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from .._syntax.flat import FlatEquation, FlatModelica
 from .clocks import Clocked, without_clocks
+from .connectors import Connectors
 from .determined import Determined
 from .discrete_starts import with_starts
 from .evaluate import evaluate
@@ -17,6 +18,7 @@ from .resolve import Resolver
 from .scope import Scope
 from .semilinear import without_chains
 from .slots import Previous, Slots
+from .tree import attribute_path
 from .values import Value, number
 from .whens import Lowered, Lowering
 
@@ -39,6 +41,7 @@ class Translation:
     resolver: Resolver
     equations: list[FlatEquation]
     determined: Determined
+    connectors: Connectors
 
     @classmethod
     def of(cls, flat: FlatModelica) -> "Translation":
@@ -50,8 +53,15 @@ class Translation:
         leaves: dict[str, ModelLeaf] = {}
         previous = Previous(leaves)
         resolver = Resolver(known, leaves, previous)
-        equations = without_chains(lowered.equations, variables)
-        return cls(flat, clocked, lowered, known, leaves, previous, resolver, equations, Determined(known.library))
+        connectors = Connectors.of(flat, known.tree)
+        equations = [
+            q
+            for q in without_chains(lowered.equations, variables)
+            if q.origin != "open flow" or not connectors.closes(q.residual)
+        ]
+        return cls(
+            flat, clocked, lowered, known, leaves, previous, resolver, equations, Determined(known.library), connectors
+        )
 
     def term(self, x: Any) -> tuple[Any, list[ModelLeaf]]:
         """The term of an expression, and the leaves of its slots."""
@@ -61,6 +71,10 @@ class Translation:
     def value(self, term: Any, values: Sequence[Value]) -> Value:
         """The value of a term, where truths are numbers."""
         return number(evaluate(term, Scope(self.known.library, values)))
+
+    def path(self, name: str) -> str:
+        """The path of the leaf of a variable."""
+        return attribute_path(self.leaves[name].path if name in self.leaves else name)
 
     def all_leaves(self) -> list[ModelLeaf]:
         return [*self.leaves.values(), *self.previous.of.values()]

@@ -1,13 +1,16 @@
 """The tree of components of a translated model."""
 
+import dataclasses
 import keyword
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
 from ..._declare.component import Component
-from ..._declare.fields import FromOne
-from .forms import declaration_of, instance, node_class
+from ..._declare.fields import FromOne, join
+from ..._declare.node import Port
+from .forms import declaration_of
 from .leaves import ModelLeaf
+from .nodes import instance, node_class
 from .paths import Index, PathTree, split, tree_of
 
 
@@ -27,9 +30,11 @@ def attribute(name: str) -> str:
     return f"{text}_" if keyword.iskeyword(text) or hasattr(Component, text) else text
 
 
-def tree(leaves: Iterable[ModelLeaf], base: type, name: str, namespace: dict[str, Any]) -> Any:
-    """The root component of the leaves."""
-    return _node(tree_of(leaves, lambda leaf: leaf.path), base, name, namespace)
+def tree(
+    leaves: Iterable[ModelLeaf], ports: Mapping[str, type[Port]], base: type, name: str, namespace: dict[str, Any]
+) -> Any:
+    """The root component of the leaves. `ports` are the classes of ports by Modelica path."""
+    return _Tree(ports).node(tree_of(leaves, lambda leaf: leaf.path), "", base, name, namespace)
 
 
 def attribute_path(path: str) -> str:
@@ -40,26 +45,35 @@ def attribute_path(path: str) -> str:
     return ".".join(pieces)
 
 
-def _node(branch: _Branch, base: type, name: str, namespace: dict[str, Any]) -> Any:
-    declared = {attribute(n): inner.item for n, inner in branch.parts.items() if inner.item is not None}
-    parts = {attribute(n): _part(inner, n) for n, inner in branch.parts.items() if inner.item is None}
-    leaves = {n: declaration_of(leaf) for n, leaf in declared.items()}
-    cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
-    values = {n: None if leaf.is_followed else leaf.value for n, leaf in declared.items()}
-    return instance(cls, {**values, **parts})
+@dataclasses.dataclass(frozen=True)
+class _Tree:
+    ports: Mapping[str, type[Port]]
 
+    def node(self, branch: _Branch, path: str, base: type, name: str, namespace: dict[str, Any]) -> Any:
+        declared = {attribute(n): inner.item for n, inner in branch.parts.items() if inner.item is not None}
+        parts = {
+            attribute(n): self._part(inner, join(path, n), n) for n, inner in branch.parts.items() if inner.item is None
+        }
+        values = {n: None if leaf.is_followed else leaf.value for n, leaf in declared.items()}
+        if path in self.ports:
+            return instance(self.ports[path], values)
+        leaves = {n: declaration_of(leaf) for n, leaf in declared.items()}
+        cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
+        return instance(cls, {**values, **parts})
 
-def _part(branch: _Branch, name: str) -> Any:
-    if branch.members:
-        return _members(list(branch.members.items()), name)
-    return _node(branch, ModelicaPart, f"Part_{attribute(name)}", {})
+    def _part(self, branch: _Branch, path: str, name: str) -> Any:
+        if branch.members:
+            return self._members(list(branch.members.items()), path, name, ())
+        return self.node(branch, path, ModelicaPart, f"Part_{attribute(name)}", {})
 
+    def _members(self, items: list[tuple[Index, _Branch]], path: str, name: str, before: Index) -> FromOne:
+        """The members of an array of components; of several dimensions, nested. `before` are the outer indices."""
+        rows: dict[int, list[tuple[Index, _Branch]]] = {}
+        for index, inner in items:
+            rows.setdefault(index[0], []).append((index[1:], inner))
+        return FromOne(self._row(row, path, name, (*before, first)) for first, row in sorted(rows.items()))
 
-def _members(items: list[tuple[Index, _Branch]], name: str) -> FromOne:
-    """The members of an array of components; of several dimensions, nested."""
-    if len(items[0][0]) == 1:
-        return FromOne(_part(inner, name) for _, inner in sorted(items, key=lambda item: item[0]))
-    rows: dict[int, list[tuple[Index, _Branch]]] = {}
-    for index, inner in items:
-        rows.setdefault(index[0], []).append((index[1:], inner))
-    return FromOne(_members(row, name) for _, row in sorted(rows.items()))
+    def _row(self, row: list[tuple[Index, _Branch]], path: str, name: str, index: Index) -> Any:
+        if row[0][0]:
+            return self._members(row, path, name, index)
+        return self._part(row[0][1], f"{path}[{','.join(map(str, index))}]", name)
