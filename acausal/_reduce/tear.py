@@ -35,15 +35,17 @@ class Torn:
 def tear(ordered: Sorted, block: Block) -> Torn:
     """Choose tearing variables greedily: each time the one that makes the most equations solvable.
 
-    Only coefficients that cannot vanish are divided by; equations without one become residuals. Among equals, the
-    unknown that enters the most equations nonlinearly is chosen, because Newton's method works well if a function is
-    evaluated in its natural direction, such as a diode's current from its voltage; then the one that needs the fewest
-    divisions by parameters.
+    Only coefficients that cannot vanish are divided by; equations without one become residuals. In a linear block they
+    must be constant too: others, such as that of a switch, may become small, and elimination with pivots then keeps
+    the accuracy. Among equals, the unknown that enters the most equations nonlinearly is chosen, because Newton's
+    method works well if a function is evaluated in its natural direction, such as a diode's current from its voltage;
+    then the one that needs the fewest divisions by parameters.
     """
     if len(block.rows) == 1:
         return _single(ordered, block)
     inside = set(block.unknowns)
-    entries = {row: _entries(ordered, row, inside) for row in block.rows}
+    is_linear = _is_linear(ordered, block.rows, inside)
+    entries = {row: _entries(ordered, row, inside, is_linear) for row in block.rows}
     opened = {row: set(found) for row, found in entries.items()}
     state = _State(entries, opened, [], [], set(), _nonlinear(ordered, block.rows))
     state.propagate()
@@ -52,7 +54,7 @@ def tear(ordered: Sorted, block: Block) -> Torn:
         state.propagate()
     tears = state.tears + sorted(inside - {u for _, u in state.steps} - set(state.tears))
     residuals = [row for row in block.rows if row not in state.done]
-    method = "explicit" if not tears else "linear" if _is_linear(ordered, block.rows, inside) else "nonlinear"
+    method = "explicit" if not tears else "linear" if is_linear else "nonlinear"
     return Torn(state.steps, tears, residuals, method, block.level)
 
 
@@ -67,11 +69,13 @@ def _single(ordered: Sorted, block: Block) -> Torn:
     return Torn([], [unknown], [row], method, block.level)
 
 
-def _entries(ordered: Sorted, row: int, inside: set[int]) -> dict[int, int]:
+def _entries(ordered: Sorted, row: int, inside: set[int], only_steady: bool) -> dict[int, int]:
     """The block's unknowns in an equation: 1 if it can be solved for one, 2 if without a division, otherwise 0."""
     table = ordered.table
     return {
-        int(ordered.column[e]): max(int(table.strength[e]) - 1, 0) if table.matchable[e] else 0
+        int(ordered.column[e]): max(int(table.strength[e]) - 1, 0)
+        if table.matchable[e] and (table.steady[e] or not only_steady)
+        else 0
         for e in ordered.entries_of_row[row]
         if int(ordered.column[e]) in inside
     }
