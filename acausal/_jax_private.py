@@ -17,12 +17,13 @@ settings of jax, and `serialized` and `deserialized` keep a compiled program for
 anything public.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import jax
 from jax import Array
 from jax._src.config import trace_context as trace_context
+from jax._src.interpreters.partial_eval import dce_jaxpr
 from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized
 from jax.core import Tracer as Tracer
 from jax.extend.core import ClosedJaxpr as ClosedJaxpr
@@ -60,6 +61,11 @@ def deserialized(payload: bytes, n_inputs: int, n_outputs: int) -> Any:
 
     takes, gives = jax.tree.structure((tuple(range(n_inputs)), {})), jax.tree.structure(list(range(n_outputs)))
     return serialize_executable.deserialize_and_load(payload, takes, gives)
+
+
+def pruned(jaxpr: Jaxpr, used: Sequence[bool]) -> tuple[Jaxpr, list[bool]]:
+    """The part of a jaxpr that computes the used outputs, and which inputs it reads. Inner jaxprs are pruned too."""
+    return dce_jaxpr(jaxpr, list(used))
 
 
 def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:

@@ -137,9 +137,14 @@ def with_tears(program: Program, known: Known, tears: Sequence[Array]) -> list[N
 
 def residuals_at(program: Program, known: Known, tears: Sequence[Array]) -> list[Array]:
     """The residuals of a block for some values of its tearing variables."""
-    unknowns = {i: Affine(value) for i, value in enumerate(with_tears(program, known, tears))}
+    return _remaining(program, known, with_tears(program, known, tears))
+
+
+def _remaining(program: Program, known: Known, unknowns: Sequence[Numbers]) -> list[Array]:
+    """The residuals of a block for some values of all its unknowns."""
+    at = {i: Affine(value) for i, value in enumerate(unknowns)}
     return [
-        jnp.broadcast_to(jnp.asarray(_residual(step, known, unknowns).value(), float), step.template.shape)
+        jnp.broadcast_to(jnp.asarray(_residual(step, known, at).value(), float), step.template.shape)
         for step in program.residuals
     ]
 
@@ -171,7 +176,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
     block = _nonlinear_block(program, tuple(np.shape(guess[0]) for guess in guesses))
     values = [computed(value) for value in known.values]
     args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
-    root = scaled_root(block.residual, starts / block.sizes, args, block.is_inside if any(program.ranges) else None)
+    root = scaled_root(block.residual, starts / block.sizes, args)
     return unravel(root * block.sizes)
 
 
@@ -187,12 +192,15 @@ class _Nonlinear:
         pairs = zip(self.shapes, self.program.sizes, strict=True)
         return np.concatenate([np.full(math.prod(shape), size) for shape, size in pairs])
 
-    def residual(self, x: Array, args: PyTree) -> Array:
-        return ravel_pytree(residuals_at(self.program, Known(*args), self._tears(x)))[0]
-
-    def is_inside(self, x: Array, args: PyTree) -> Array:
-        found = zip(with_tears(self.program, Known(*args), self._tears(x)), self.program.ranges, strict=True)
-        return jnp.all(jnp.stack([jnp.all(is_within(value, ranges)) for value, ranges in found]))
+    def residual(self, x: Array, args: PyTree) -> tuple[Array, Array]:
+        """The residuals, and whether all unknowns are in their ranges."""
+        known, tears = Known(*args), self._tears(x)
+        unknowns = with_tears(self.program, known, tears)
+        inside = [
+            is_within(value, ranges) for value, ranges in zip(unknowns, self.program.ranges, strict=True) if ranges
+        ]
+        is_inside = jnp.all(jnp.stack([jnp.all(truth) for truth in inside])) if inside else jnp.asarray(True)
+        return ravel_pytree(_remaining(self.program, known, unknowns))[0], is_inside
 
     def _tears(self, x: Array) -> list[Array]:
         return ravel_pytree([jnp.zeros(shape) for shape in self.shapes])[1](x * self.sizes)

@@ -1,128 +1,170 @@
 """Roots of small systems of nonlinear equations."""
 
 import functools as ft
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-import optimistix as optx
 from jax import Array
 from jaxtyping import PyTree
 
 from .._linear_solver import factors_of
-from .._numbers import Truth
+from .._numbers import Numbers, Truth
+from .._tangents import pushed
 from .affine import computed
+from .dogleg import powell_step
 from .elimination import SMALL, eliminated
 
 ITERATIONS = 200
-HUGE = 1e100
-CLOSE = 1e-9  # last step of Newton's method that leaves an error near rounding
-# Powell's dogleg: a trust region stalls where rounding hides the progress of a step, so its tolerance stays well above.
-DOGLEG = optx.Dogleg(rtol=1e-7, atol=1e-7)
+CLOSE = 1e-9  # step of Newton's method that leaves an error near rounding
+NEAR = 1e-7  # the same in a trust region, which stalls where rounding hides the progress of a step
 
-Residual = Callable[[Array, PyTree], Array]
-Test = Callable[[Array, PyTree], Truth]
+Residual = Callable[[Array, PyTree], tuple[Array, Truth]]
 
 
-def scaled_root(residual: Residual, starts: Array, args: PyTree, is_inside: Test | None = None) -> Array:
+def scaled_root(residual: Residual, starts: Array, args: PyTree) -> Array:
     """A root of a function of unknowns of size 1; NaN if none is found.
 
-    The search starts from each of the `starts`, [tries, unknowns], until it finds a root: by Newton's method; if that
-    fails, or finds a root outside `is_inside(x, args)`, by Powell's method, whose steps stay inside. Neither function
-    may close over numbers of the run. Only the root is differentiated, by the implicit function theorem: at the end of
-    a failed search, the function may have no derivative.
+    The function gives its value and whether the unknowns are in their ranges. The search starts from each of the
+    `starts`, [tries, unknowns], until it finds a root: by Newton's method; if that fails, or finds a root outside the
+    ranges, by Powell's method, whose steps stay inside. The function may not close over numbers of the run. Only the
+    root is differentiated, as an implicit function: at the end of a failed search, the function may have no derivative.
     """
-
-    held, first = jax.lax.stop_gradient((args, starts))
-    return jax.lax.custom_root(
-        lambda x: residual(x, args), starts[0], lambda *_: _searched(residual, is_inside, first, held), _solved
-    )
+    return _root(residual, jax.lax.stop_gradient(starts), args)
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
-def _searched(residual: Residual, is_inside: Test | None, starts: Array, args: PyTree) -> Array:
-    """The root found from the first start that leads to one. Traced once for equal functions."""
-
-    def attempt(start: Array) -> tuple[Array, Array]:
-        root, is_good = newton(residual, start, args)
-        if is_inside is not None:
-            is_good &= is_inside(root, args)
-        return jax.lax.cond(is_good, lambda: (root, is_good), lambda: _dogleg(residual, start, args, is_inside))
-
-    if len(starts) == 1:
-        return _or_nan(*attempt(starts[0]))
-
-    def another(tried: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        return tried[0] + 1, *attempt(starts[tried[0]])
-
-    none = (jnp.asarray(0), starts[0], jnp.asarray(False))
-    return _or_nan(*jax.lax.while_loop(lambda tried: ~tried[2] & (tried[0] < len(starts)), another, none)[1:])
+@ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
+def _root(residual: Residual, starts: Array, args: PyTree) -> Array:
+    return searched(residual, starts, args)
 
 
-class _Iterate(NamedTuple):
-    """An iterate of Newton's method: the point, its step, the factors of its Jacobian, and the next step length."""
+@ft.partial(_root.defjvp, symbolic_zeros=True)
+def _tangent(residual: Residual, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[Array, Numbers]:
+    starts, args = primals
+    x = _root(residual, starts, args)
+    slopes = jax.jacfwd(lambda x: residual(x, args)[0])(x)
+    _, lack = pushed(lambda args: residual(x, args)[0], (args,), (tangents[1],))
+    return x, _solved(slopes, -lack)
+
+
+class _Point(NamedTuple):
+    """A point with the residual, its slopes and their factors, and the Newton step from it."""
 
     x: Array
-    step: Array
+    value: Array
+    slopes: Array
     factors: Any
-    share: Array
+    step: Array
+    is_inside: Array
+
+    def is_close(self, size: float) -> Array:
+        return jnp.all(jnp.abs(self.step) <= size * (1.0 + jnp.abs(self.x)))
+
+    def is_finite(self) -> Array:
+        return jnp.all(jnp.isfinite(self.value)) & jnp.all(jnp.isfinite(self.slopes))
+
+
+class _Search(NamedTuple):
+    """A search: its best point, the next one, and the numbers of the start and of the tries from it. `share` is the
+    length of a step as a part of Newton's step, `radius` that of the trust region.
+    """
+
+    at: _Point
+    next: Array
+    start: Array
     tried: Array
+    is_fenced: Array
+    share: Array
+    radius: Array
+    scale: Array
     is_root: Array
 
 
-def newton(function: Callable[[Array, PyTree], Array], start: Array, args: PyTree) -> tuple[Array, Array]:
-    """A root by Newton's method, and whether it has converged.
+@ft.partial(jax.jit, static_argnums=0)
+def searched(residual: Residual, starts: Array, args: PyTree) -> Array:
+    """The root found from the first start that leads to one. Traced once for equal functions.
+
+    Both methods are one loop, so that the equations are compiled once.
+    """
+
+    def evaluated(x: Array) -> _Point:
+        def both(x: Array) -> tuple[Array, tuple[Array, Truth]]:
+            value, is_inside = residual(x, args)
+            return value, (value, is_inside)
+
+        slopes, (value, is_inside) = jax.jacfwd(both, has_aux=True)(x)
+        factors = factors_of(slopes)
+        return _Point(x, value, slopes, factors, factors.solve(value), jnp.asarray(is_inside))
+
+    def goes_on(search: _Search) -> Array:
+        return ~search.is_root & (search.start < len(starts))
+
+    def another(search: _Search) -> _Search:
+        new = evaluated(search.next)
+        return _either(search.is_fenced, _fenced(search, new, starts), _newton(search, new, starts))
+
+    nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(evaluated, starts[0]))
+    last = jax.lax.while_loop(goes_on, another, _begun(nothing, starts, jnp.asarray(0), jnp.asarray(False)))
+    return jnp.where(last.is_root, last.at.x - last.at.step, jnp.nan)
+
+
+def _either(truth: Array, first: PyTree, second: PyTree) -> Any:
+    return jax.tree.map(lambda a, b: jnp.where(truth, a, b), first, second)
+
+
+def _begun(at: _Point, starts: Array, start: Array, is_fenced: Array) -> _Search:
+    """A search from a start, where nothing is known but the place."""
+    first = starts[jnp.minimum(start, len(starts) - 1)]
+    one, no = jnp.asarray(1.0), jnp.asarray(False)
+    return _Search(at, first, start, jnp.asarray(0), is_fenced, one, one, jnp.ones_like(first), no)
+
+
+def _newton(search: _Search, new: _Point, starts: Array) -> _Search:
+    """One iteration of Newton's method.
 
     A step is shortened until the next simplified step, with the same Jacobian, is shorter than it: the natural
     monotonicity test (Deuflhard, `Newton Methods for Nonlinear Problems`, 2004, section 3.3). It does not depend on the
     units and slopes of the equations. The residual itself may fall along a path away from the root, such as that of a
     closed valve.
     """
-
-    def residual(x: Array) -> tuple[Array, Array]:
-        value = function(x, args)
-        return value, value
-
-    def linearised(x: Array) -> tuple[Array, Any]:
-        slopes, value = jax.jacfwd(residual, has_aux=True)(x)
-        return value, factors_of(slopes)
-
-    def goes_on(at: _Iterate) -> Array:
-        return ~at.is_root & (at.tried < ITERATIONS) & jnp.all(jnp.isfinite(at.step))
-
-    def another(at: _Iterate) -> _Iterate:
-        x = at.x - at.share * at.step
-        value, factors = linearised(x)
-        step = factors.solve(value)
-        simplified, length = jnp.linalg.norm(at.factors.solve(value)), jnp.linalg.norm(at.step)
-        is_better = (at.tried == 0) | (simplified <= (1.0 - 0.25 * at.share) * length)
-        is_root = is_better & jnp.all(jnp.abs(step) <= CLOSE * (1.0 + jnp.abs(x)))
-        new = _Iterate(x, step, factors, jnp.minimum(4.0 * at.share, 1.0), at.tried + 1, is_root)
-        old = at._replace(share=0.5 * at.share, tried=at.tried + 1)
-        return jax.tree.map(lambda a, b: jnp.where(is_better, a, b), new, old)
-
-    nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(linearised, start)[1])
-    first = _Iterate(start, jnp.zeros_like(start), nothing, jnp.asarray(1.0), jnp.asarray(0), jnp.asarray(False))
-    last = jax.lax.while_loop(goes_on, another, first)
-    return last.x - last.step, last.is_root
+    at, share, is_first = search.at, search.share, search.tried == 0
+    simplified, length = jnp.linalg.norm(at.factors.solve(new.value)), jnp.linalg.norm(at.step)
+    is_better = is_first | (simplified <= (1.0 - 0.25 * share) * length)
+    is_close = is_better & new.is_close(CLOSE)
+    is_outside = is_close & ~is_first & at.is_close(CLOSE) & ~new.is_inside
+    at = _either(is_better, new, at)
+    share = jnp.where(is_better, jnp.where(is_first, 1.0, jnp.minimum(4.0 * share, 1.0)), 0.5 * share)
+    went = search._replace(
+        at=at, next=at.x - share * at.step, tried=search.tried + 1, share=share, is_root=is_close & new.is_inside
+    )
+    fails = is_outside | ~jnp.all(jnp.isfinite(at.step)) | (~went.is_root & (went.tried >= ITERATIONS))
+    return _either(fails, _begun(at, starts, search.start, jnp.asarray(True)), went)
 
 
-def _dogleg(
-    residual: Callable[[Array, PyTree], Array], start: Array, args: PyTree, is_inside: Test | None
-) -> tuple[Array, Array]:
-    """A root by Powell's method. Each residual is scaled by its change over a step of size 1 from the start."""
-
-    def fenced(x: Array, args: PyTree) -> Array:
-        scale, args = args
-        # A trial step into overflow must be rejected; comparisons with infinity or NaN do not reject it.
-        value = residual(x, args) / scale
-        is_good = jnp.isfinite(value)
-        return jnp.where(is_good if is_inside is None else is_good & is_inside(x, args), value, HUGE)
-
-    scaling = row_scale(jax.jacfwd(residual)(start, args)), args
-    found = optx.root_find(fenced, DOGLEG, start, scaling, max_steps=ITERATIONS, throw=False)
-    return found.value, (found.result == optx.RESULTS.successful) & jnp.all(jnp.isfinite(found.value))
+def _fenced(search: _Search, new: _Point, starts: Array) -> _Search:
+    """One iteration of Powell's method in a trust region. Each residual is scaled by its change over a step of size 1
+    from the start. Points outside the ranges are rejected.
+    """
+    at, is_first = search.at, search.tried == 0
+    scale = jnp.where(is_first, row_scale(new.slopes), search.scale)
+    move = search.next - at.x
+    before, after, expected = (
+        jnp.sum((value / scale) ** 2) for value in (at.value, new.value, at.value + at.slopes @ move)
+    )
+    ratio = (before - after) / (before - expected)
+    is_better = is_first | ((ratio > 0.01) & new.is_inside & new.is_finite())
+    length = jnp.linalg.norm(move)
+    grown = jnp.where((ratio > 0.75) & (length > 0.99 * search.radius), 2.0 * search.radius, search.radius)
+    radius = jnp.where(is_better & (ratio > 0.25), grown, 0.25 * length)
+    reach = jnp.linalg.norm(new.step)
+    radius = jnp.where(is_first, jnp.where(jnp.isfinite(reach), reach, 1.0), radius)
+    at = _either(is_better, new, at)
+    is_root = is_better & new.is_close(NEAR) & new.is_inside
+    following = at.x + powell_step(at.value / scale, at.slopes / scale[:, None], -at.step, radius)
+    went = search._replace(at=at, next=following, tried=search.tried + 1, radius=radius, scale=scale, is_root=is_root)
+    fails = ~is_root & ((went.tried >= ITERATIONS) | ~jnp.all(jnp.isfinite(following)))
+    return _either(fails, _begun(at, starts, search.start + 1, jnp.asarray(False)), went)
 
 
 def row_scale(slopes: Array) -> Array:
@@ -131,14 +173,9 @@ def row_scale(slopes: Array) -> Array:
     return jnp.where(jnp.isfinite(total) & (total > 0), total, 1.0)
 
 
-def _or_nan(root: Array, is_good: Array) -> Array:
-    return jnp.where(is_good, root, jnp.nan)
-
-
-def _solved(slope: Callable[[Array], Array], value: Array) -> Array:
-    """The x at which a linear function has a value."""
-    matrix = jax.jacfwd(slope)(jnp.zeros_like(value))
-    scale = row_scale(matrix)
+def _solved(matrix: Array, value: Array) -> Array:
+    """The solution of a linear system."""
+    scale = jax.lax.stop_gradient(row_scale(matrix))
     matrix, value = matrix / scale[:, None], value / scale
     if len(value) > SMALL:
         return jnp.linalg.solve(matrix, value)

@@ -20,6 +20,7 @@ from .._jax_private import (
     high_level,
     high_level_body,
     jaxpr_as_fun,
+    pruned,
     spelled_out,
 )
 from .._numbers import Numbers
@@ -40,18 +41,18 @@ def slice_output(closed: ClosedJaxpr, output: int) -> Slice:
 
 
 def slice_outputs(closed: ClosedJaxpr, outputs: slice) -> Slice:
-    """The part that computes some of the outputs."""
-    jaxpr = closed.jaxpr
-    targets = jaxpr.outvars[outputs]
-    needed = {target for target in targets if not isinstance(target, Literal)}
-    kept: list[JaxprEqn] = []
-    for eqn in reversed(jaxpr.eqns):
-        if any(var in needed for var in eqn.outvars):
-            kept.append(eqn)
-            needed.update(var for var in eqn.invars if not isinstance(var, Literal))
-    used = tuple(i for i, var in enumerate(jaxpr.invars) if var in needed)
-    constants = [(var, value) for var, value in zip(jaxpr.constvars, closed.consts, strict=True) if var in needed]
-    sliced = assembled([jaxpr.invars[i] for i in used], targets, kept[::-1], [var for var, _ in constants])
+    """The part that computes some of the outputs. Calls and branches in it compute nothing else either."""
+    places = range(len(closed.jaxpr.outvars))[outputs]
+    jaxpr, is_used = pruned(closed.jaxpr, [i in places for i in range(len(closed.jaxpr.outvars))])
+    used = tuple(i for i, reads in enumerate(is_used) if reads)
+    read = {
+        atom
+        for atoms in (jaxpr.outvars, *(eqn.invars for eqn in jaxpr.eqns))
+        for atom in atoms
+        if isinstance(atom, Var)
+    }
+    constants = [pair for pair in zip(jaxpr.constvars, closed.consts, strict=True) if pair[0] in read]
+    sliced = assembled(jaxpr.invars, jaxpr.outvars, jaxpr.eqns, [var for var, _ in constants])
     return Slice(ClosedJaxpr(sliced, [value for _, value in constants]), used)
 
 

@@ -149,11 +149,11 @@ class Bent(Component):
 def test_the_search_for_a_root_is_traced_once_for_all_places(monkeypatch: pytest.MonkeyPatch) -> None:
     traced: list[Any] = []
 
-    def newton(residual: Any, start: Any, args: Any) -> Any:
-        traced.append(residual)
-        return search(residual, start, args)
+    def iteration(*args: Any) -> Any:
+        traced.append(args)
+        return newton(*args)
 
-    search = roots.newton
-    monkeypatch.setattr(roots, "newton", newton)
+    newton = roots._newton  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(roots, "_newton", iteration)
     jax.make_jaxpr(lambda x: simulate(Bent(x=x), 1.0, save="end").final.z)(1.0)
-    assert len(traced) == 2  # from several guesses, as at the start, and from one
+    assert len(traced) == 3  # from several guesses, as at the start, and from one, with and without derivatives

@@ -262,3 +262,43 @@ def test_a_transform_of_a_sine_has_one_line() -> None:
     assert info == 0
     assert_allclose(amplitudes, [0.0, 10.0 / 6.0, 0.0, 0.0, 0.0, 0.0], atol=1e-14)
     assert_allclose(phases[1], -np.pi / 2)
+
+
+VECTORS = """
+package P
+  type Vector = Real[2];
+  function scaled "a function of scalars"
+    input Real x;
+    input Real y;
+    output Real z;
+  algorithm
+    z := if x > 1.5 then x*y else -x*y;
+  end scaled;
+  function length
+    input Vector v;
+    output Real y;
+  algorithm
+    y := sqrt(v*v);
+  end length;
+  model M
+    Real z[3] = scaled({1, 2, 3}*time, {4, 5, 6});
+    Real w[2, 2] = scaled([1, 2; 3, 4], time);
+    Real y = length({3, 4}*time);
+    Real u[2] = length({{3, 4}, {6, 8}}*time);
+  end M;
+end P;
+"""
+
+
+def test_a_function_of_scalars_is_called_with_arrays_element_by_element() -> None:
+    flat = read(flat_model(VECTORS, "P.M")[0], "P.M")
+    library = Library(flat.functions, flat.enumerations)
+    x, y = np.array([1.0, 2.0, 3.0]), np.array([4.0, 5.0, 6.0])
+    for of in (lambda x, y: value(library, "scaled", x, y), jax.jit(lambda x, y: value(library, "scaled", x, y))):
+        assert_allclose(of(x, y), [-4.0, 10.0, 18.0])
+        assert_allclose(of(x, 2.0), [-2.0, 4.0, 6.0])
+        assert_allclose(of(np.outer([1.0, 2.0], x), 1.0), [[-1, 2, 3], [2, 4, 6]])
+    assert value(library, "length", np.array([3.0, 4.0])) == 5.0
+    assert_allclose(value(library, "length", np.array([[3.0, 4.0], [6.0, 8.0]])), [5.0, 10.0])
+    with pytest.raises(ModelError, match="the arguments x, y of scaled have different sizes"):
+        value(library, "scaled", x, y[:2])

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from . import expressions as e
 from .flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, Formal, SourcePlace
 from .read_expressions import Json, assertion, body_of, expression, name_of, optional, subscripts, when_clause
 
@@ -79,7 +80,11 @@ def _algorithm(node: Json, place: _Places) -> Algorithm:
 
 
 def _formal(node: Json) -> Formal:
-    return Formal(node["name"], node["type_name"], optional(node["default"]), subscripts(node["shape_expr"]))
+    stated = subscripts(node["shape_expr"])
+    # A type such as `type Vector = Real[3]` has sizes of its own, which are not among those stated here.
+    sizes = (node.get("effective_type") or {}).get("dimensions") or ()
+    inherited = tuple(e.Const(size) if size > 0 else e.Colon() for size in sizes[len(stated) :])
+    return Formal(node["name"], node["type_name"], optional(node["default"]), (*stated, *inherited))
 
 
 def _function(node: Json, place: _Places) -> FlatFunction:

@@ -109,7 +109,7 @@ def choose(truth: Any, first: Callable[[], Value], second: Callable[[], Value]) 
     right = _outputs(b, [y for _, y in pairs], types)
     if a.is_harmless() and b.is_harmless():
         return with_arrays(merged, [jnp.where(truth, x, y) for x, y in zip(left(), right(), strict=True)])
-    return with_arrays(merged, jax.lax.cond(jnp.reshape(truth, ()), left, right))
+    return with_arrays(merged, jax.lax.cond(truth if truth.ndim == 0 else truth.reshape(()), left, right))
 
 
 def _attempt(compute: Callable[[], Value]) -> _Side | Failed:

@@ -18,6 +18,7 @@ from .programs import TracedFunction, hashable, is_large
 from .scope import NotKnown, Scope
 from .statements import execute
 from .values import Value, is_known
+from .vectorised import by_elements
 
 _ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}
 
@@ -48,6 +49,9 @@ class Library:
         names = self._given(function, args)
         if function.is_constructor or (not function.body and not function.outputs):
             return (dict(names),)
+        return by_elements(function, names, self.functions, lambda names: self._called(function, names))
+
+    def _called(self, function: FlatFunction, names: dict[str, Value]) -> tuple[Value, ...]:
         return self._once(function, names) if is_large(function) else self._results(function, names)
 
     def _once(self, function: FlatFunction, names: dict[str, Value]) -> tuple[Value, ...]:
