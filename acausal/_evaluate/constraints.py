@@ -10,18 +10,17 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, PyTree
 
+from .._jax_private import INLINE
 from .._linear_solver import least_squares
 from .._numbers import Numbers
-from .._reduce.graph import sharing
 from .._reduce.incidence import Pair
-from .._reduce.sort import Sorted
-from .._reduce.states import nominal_of
 from .blocks import Known, residuals
 from .groups import Group, Segments, over_members
 from .implicit import Function, Inverse, nearest, refined
+from .once import once
 from .packing import ModelParameters
 from .plan import Plan
-from .program import Program, residual_program_of
+from .program import Program
 from .roots import row_scale
 
 SWEEPS = 2  # steps of simplified Newton; each multiplies the error by about the first error
@@ -205,8 +204,7 @@ def _of_members(
 
     def g(flat: Array, args: PyTree) -> Array:
         pieces = [piece.reshape(shape) for piece, shape in zip(jnp.split(flat, splits), shapes, strict=True)]
-        found = residuals(group.program, Known(args[0], pieces, args[1]))
-        return jnp.concatenate([jnp.ravel(value) for value in found])
+        return _residuals(group.program, pieces, *args)
 
     def one(known: Known, extra: list[Array]) -> Array:
         flat = jnp.concatenate([jnp.ravel(jnp.asarray(value, float)) for value in known.values])
@@ -215,42 +213,7 @@ def _of_members(
     return over_members(group, store, params, one, list(extra))
 
 
-def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
-    """All constraints, or the connected sets with an invariant, onto which a run is projected."""
-    chosen = [rows for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
-    sets = [residual_program_of(ordered, rows, kinds) for rows in chosen]
-    used = {pair for use in sets for pair in use.values}
-    pairs = [pair for pair in ordered.constrained if pair in used] if only_invariant else ordered.constrained
-    own = Plan([], pairs, plan.shapes)
-    counts = [plan.size(v) for v, _ in pairs]
-    sizes = np.repeat([nominal_of(ordered.table, pair) for pair in pairs], counts)
-    first = dict(zip(pairs, np.cumsum([0, *counts]).tolist(), strict=False))
-    places, ours = [np.zeros(0, int)], [np.zeros(0, int)]
-    for pair, start in zip(ordered.states, plan.starts.tolist(), strict=False):
-        if pair in first:
-            elements = np.arange(plan.size(pair[0]))
-            places.append(first[pair] + elements)
-            ours.append(start + elements)
-    groups = own.residual_groups(sets)
-    rows_of = {id(use): rows for use, rows in zip(sets, chosen, strict=True)}
-    names = [name for group in groups for use in group.uses for name in _names(ordered, rows_of[id(use)])]
-    return Constraints(list(pairs), own, groups, names, sizes, np.concatenate(places), np.concatenate(ours))
-
-
-def _names(ordered: Sorted, rows: list[int]) -> list[str]:
-    """The name of the equation of each element of the residuals."""
-    table = ordered.table
-    sizes = [math.prod(table.place(row)[0].template.shape) for row in rows]
-    return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
-
-
-def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:
-    return not only_invariant or not ordered.invariants.isdisjoint(rows)
-
-
-def _connected(ordered: Sorted) -> list[list[int]]:
-    """Sets of constraints that share variables."""
-    table = ordered.table
-    chosen = np.isin(table.row, ordered.constraints)
-    pair = table.variable[chosen] * 16 + table.order[chosen]
-    return sharing(ordered.constraints, table.row[chosen], pair)[0]
+@ft.partial(jax.jit, static_argnums=0, inline=INLINE)
+def _residuals(program: Program, values: list[Array], params: list[Array], t: Numbers) -> Array:
+    """The residuals of a program as one flat vector. Traced once for all calls."""
+    return once(lambda: jnp.concatenate([jnp.ravel(x) for x in residuals(program, Known(params, values, t))]))

@@ -7,6 +7,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from .._reduce.aliases import ZERO
+from .._reduce.chain import Steps
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
 from .._reduce.sort import Sorted
@@ -92,27 +93,26 @@ class Use(NamedTuple):
 
 def residual_program_of(ordered: Sorted, rows: list[int], kind_index: dict[int, int]) -> Use:
     """Equations as a program without unknowns: their residuals from known values."""
-    return _Writer(ordered, Torn([], [], rows, "explicit", 0), kind_index).write()
+    return chained_program_of(ordered, [], rows, kind_index)
 
 
-def step_program_of(ordered: Sorted, row: int, pair: Pair, kind_index: dict[int, int]) -> Use:
-    """An equation as a program that solves it for a pair."""
-    return _Writer(ordered, Torn([(row, 0)], [], [], "explicit", 0), kind_index, (pair,)).write()
+def chained_program_of(ordered: Sorted, steps: Steps, rows: list[int], kind_index: dict[int, int]) -> Use:
+    """Equations that determine pairs one by one, and the residuals of others."""
+    torn = Torn([(row, i) for i, (row, _) in enumerate(steps)], [], rows, "explicit", 0)
+    return _Writer(ordered, torn, kind_index, tuple(pair for _, pair in steps)).write()
 
 
 def program_of(ordered: Sorted, torn: Torn, kind_index: dict[int, int]) -> Use:
     """A torn block as a program, and the inputs of this block."""
-    return _Writer(ordered, torn, kind_index).write()
+    return _Writer(ordered, torn, kind_index, tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)).write()
 
 
 class _Writer:
-    def __init__(
-        self, ordered: Sorted, torn: Torn, kind_index: dict[int, int], gives: tuple[Pair, ...] | None = None
-    ) -> None:
+    def __init__(self, ordered: Sorted, torn: Torn, kind_index: dict[int, int], gives: tuple[Pair, ...]) -> None:
         self.table = ordered.table
         self.torn = torn
         self.kind_index = kind_index
-        self.gives = gives or tuple(ordered.unknowns[unknown] for unknown in torn.unknowns)
+        self.gives = gives
         self.unknown = {pair: i for i, pair in enumerate(self.gives)}
         self.values: dict[Pair, int] = {}
         self.params: dict[tuple[int, int, int], int] = {}

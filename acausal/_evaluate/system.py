@@ -20,7 +20,8 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .carried import Carried
-from .constraints import Constraints, constraints_of
+from .constraint_sets import constraints_of
+from .constraints import Constraints
 from .equation_instants import EquationInstants, equation_instants
 from .event_set import EventSet
 from .events import events_of, time_leaves
