@@ -132,12 +132,12 @@ def test_a_view_holds_changed_copies_and_links(library: Path) -> None:
     plant = library / "Plant"
     (plant / "Resources").mkdir()
     (plant / "Resources" / "table.txt").write_text("1 2")
-    shown = view([library], True) / "Plant"
+    shown = view([library], "equations") / "Plant"
     assert "ndims({q, k*time})" in (shown / "Pump.mo").read_text()
-    assert (view([library], False) / "Plant" / "Pump.mo").read_text() == (plant / "Pump.mo").read_text()
+    assert (view([library], "") / "Plant" / "Pump.mo").read_text() == (plant / "Pump.mo").read_text()
     assert (shown / "Resources").is_symlink()
     (plant / "Pump.mo").unlink()
-    view([library], True)
+    view([library], "equations")
     assert not (shown / "Pump.mo").exists()
     assert (plant / "Resources" / "table.txt").exists()
 

@@ -8,10 +8,12 @@ one. The flat model holds the branch, which `shown` turns into the equation agai
 
 import re
 import zlib
-from typing import Any
+from typing import Any, Literal, TypeAlias
 
+from . import algorithms, statements
 from .scan import masked, statement_end
 
+Hidden: TypeAlias = Literal["", "algorithms", "equations"]  # each hides what the one before it hides
 NEVER = "acausalNever"
 _START = re.compile(r"(?<![\w.])(?:initial\s+)?equation(?!\w)")
 _BLOCK = re.compile(r"(for|if|elseif|when|elsewhen)\b")
@@ -36,21 +38,25 @@ _STATE = re.compile(r"\bder\(\s*[\w.]+(?:\[[^\[\]]*\])?\s*\)")
 _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
 
 
-def hidden(text: str, place: str) -> str:
-    """A text with its equations hidden, except those in when-equations, and with its complex bindings hidden.
+def hidden(text: str, place: str, what: Hidden = "equations") -> str:
+    """A text with its algorithms hidden, and with its equations if `what` says so, except those in when-equations, and
+    its complex bindings.
 
     `place` names the text: the constants of different texts have different names.
     """
-    if re.search(r"\bComplex", masked(text)):
+    if not what:
+        return text
+    if what == "equations" and re.search(r"\bComplex", masked(text)):
         text = _without_bindings(text)
         text = _PARAMETER.sub(lambda found: _parameter(found, place), text)
+    text = algorithms.hidden(text)
     plain = masked(text)
     pieces, at = [], 0
     for start in _START.finditer(plain):
         if start.start() >= at:
             name = _never(place, start.start())
             pieces.append(f"{text[at : start.start()]}protected constant Boolean {name} = false; {start[0]}")
-            section, at = _section(text, plain, start.end(), name)
+            section, at = _section(text, plain, start.end(), name, what)
             pieces += section
     return "".join([*pieces, text[at:]])
 
@@ -81,7 +87,7 @@ def _parameter(found: re.Match[str], place: str) -> str:
     return f"{found['space']}constant Boolean {name} = false; {found['head']}{value}{found['rest']}"
 
 
-def _section(text: str, plain: str, at: int, never: str) -> tuple[list[str], int]:
+def _section(text: str, plain: str, at: int, never: str, what: Hidden) -> tuple[list[str], int]:
     """The pieces of an equation section that begins at `at`, and its end."""
     pieces, whens = [], 0
     while True:
@@ -98,7 +104,8 @@ def _section(text: str, plain: str, at: int, never: str) -> tuple[list[str], int
             return pieces, at
         else:
             end = statement_end(plain, at)
-            pieces.append(text[at:end] if whens else _equation(text[at:end], plain[at:end], never))
+            hides = not whens and (what == "equations" or text.startswith(algorithms.MARKED, at))
+            pieces.append(_equation(text[at:end], plain[at:end], never) if hides else text[at:end])
             at = end
             continue
         pieces.append(text[at:end])
@@ -145,7 +152,7 @@ def _top_level(plain: str, pattern: re.Pattern[str]) -> int | None:
 
 def shown(content: dict[str, Any]) -> dict[str, Any]:
     """The flat model with the equations put back, and without the constants that hid them."""
-    shown = _shown(content)
+    shown = statements.shown(_shown(content))
     for part in ("variables", "variable_type_names", "variable_final_flags"):
         shown[part] = {name: value for name, value in shown[part].items() if not _is_never(name)}
     return shown

@@ -3,7 +3,7 @@
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 from .._errors import ModelicaError
 from . import equations, functions, stored
@@ -26,55 +26,61 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     if found is None:
         found = json.dumps(_flat(request))
         stored.write(key, found)
-    hides_equations, content = json.loads(found)
-    return content, _sources(request, hides_equations, content)
+    hides, content = json.loads(found)
+    return content, _sources(request, hides, content)
 
 
-def _flat(request: Request) -> tuple[bool, dict[str, Any]]:
-    """Whether the equations were hidden, and the flat model with what was hidden from the front end.
+def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
+    """What was hidden, and the flat model with it.
 
-    Equations are hidden only if its last pass refuses the model with them: it does not check the types of hidden ones,
-    and needs some of them.
+    As little as possible is hidden from the front end: its last pass does not check the types of what is hidden, and
+    needs some of it. Only if it refuses the model, algorithms are hidden, and then equations.
     """
     if error := syntax_error(request):
         raise error
-    try:
-        hides_equations, content = False, _loaded(request, False)
-    except rumoca().RumocaError as error:
-        if not str(error).startswith("todae"):
-            raise _failure(error, request, False) from None
-        try:
-            hides_equations, content = True, _loaded(request, True)
-        except rumoca().RumocaError as error:
-            raise _failure(error, request, True) from None
+    hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
-    return hides_equations, equations.shown(functions.shown(content))
+    return hides, equations.shown(functions.shown(content))
 
 
-def _text(request: Request, hides_equations: bool) -> str:
-    if not hides_equations:
-        return request.text
-    return equations.hidden(functions.hidden(request.text, functions.ALL, "own"), NAME)
+def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
+    """The flat model that the front end accepts first."""
+    *first, last = get_args(equations.Hidden)
+    for hides in first:
+        try:
+            return hides, _loaded(request, hides)
+        except rumoca().RumocaError as error:
+            if not str(error).startswith("todae"):
+                raise _failure(error, request, hides) from None
+    try:
+        return last, _loaded(request, last)
+    except rumoca().RumocaError as error:
+        raise _failure(error, request, last) from None
 
 
-def _loaded(request: Request, hides_equations: bool) -> dict[str, Any]:
-    text = request.whole(_text(request, hides_equations))
-    loaded = session(view(request.roots, hides_equations)).loads(text, model=WRAPPER, filename=NAME)
+def _text(request: Request, hides: equations.Hidden) -> str:
+    text = functions.hidden(request.text, functions.ALL, "own") if hides else request.text
+    return equations.hidden(text, NAME, hides)
+
+
+def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:
+    text = request.whole(_text(request, hides))
+    loaded = session(view(request.roots, hides)).loads(text, model=WRAPPER, filename=NAME)
     return loaded.to_dict("flat")
 
 
-def _failure(error: Exception, request: Request, hides_equations: bool) -> ModelicaError:
+def _failure(error: Exception, request: Request, hides: equations.Hidden) -> ModelicaError:
     """The error in our words, with the user's names of files instead of those in the view."""
-    message, folder = str(error), view(request.roots, hides_equations)
+    message, folder = str(error), view(request.roots, hides)
     for name, library in libraries(request.roots).items():
         message = message.replace(str(folder / name), str(library))
     return failure(message, request)
 
 
-def _sources(request: Request, hides_equations: bool, content: dict[str, Any]) -> Sources:
+def _sources(request: Request, hides: equations.Hidden, content: dict[str, Any]) -> Sources:
     """The texts of the spans: those in the view, under the user's names."""
-    wanted, folder = used(content), view(request.roots, hides_equations)
-    texts = {number(NAME): (str(request.file or NAME), _text(request, hides_equations))}
+    wanted, folder = used(content), view(request.roots, hides)
+    texts = {number(NAME): (str(request.file or NAME), _text(request, hides))}
     for name, library in libraries(request.roots).items():
         for file in modelica_files(library):
             seen = folder / name / file.relative_to(library)

@@ -30,6 +30,8 @@ class Patch:
     why: str
 
 
+_INLINE = "The front end does not find what a nested class gives to the class around it, so it is written out there."
+
 PATCHES = (
     Patch(
         "Modelica/Math/Random.mo",
@@ -39,23 +41,39 @@ PATCHES = (
     ),
     Patch(
         "Modelica/Mechanics/Translational/Components/MassWithStopAndFriction.mo",
-        r"extends PartialRigid\((s\([^()]*\))\);",
-        "Modelica.Mechanics.Translational.Interfaces.Flange_a flange_a; "
-        "Modelica.Mechanics.Translational.Interfaces.Flange_b flange_b; "
-        r"Modelica.Units.SI.Position \1; parameter Modelica.Units.SI.Length L(start=0); "
-        "equation flange_a.s = s - L/2; flange_b.s = s + L/2; public",
-        "In a nested class, the front end does not find what it inherits, so the base classes are written out.",
+        r"extends PartialFrictionWithStop;",
+        "",
+        _INLINE,
+    ),
+    Patch(
+        "Modelica/Mechanics/Translational/Components/MassWithStopAndFriction.mo",
+        r'encapsulated partial model PartialFrictionWithStop\s*"[^"]*"\s*import Modelica;',
+        "\n\n\n",
+        _INLINE,
+    ),
+    Patch(
+        "Modelica/Mechanics/Translational/Components/MassWithStopAndFriction.mo",
+        r'annotation \(Documentation\(info="[^"]*"\)\);(\s*)end PartialFrictionWithStop;\s*equation',
+        r"\1",
+        _INLINE,
+    ),
+    Patch(
+        "Modelica/Mechanics/Rotational/Components/LossyGear.mo",
+        r"interpolation_result = \[1, 1, 0, 0\];",
+        "interpolation_result[1, 1] = 1; interpolation_result[1, 2] = 1; "
+        "interpolation_result[1, 3] = 0; interpolation_result[1, 4] = 0;",
+        "The front end counts this as one equation, but those of the other branch as four.",
     ),
 )
 
 
-def changed(text: str, name: Path, hides_equations: bool) -> str:
+def changed(text: str, name: Path, hides: equations.Hidden) -> str:
     """The text of a file as the front end gets it. `name` is its path, which begins with the name of the library;
-    its equations are hidden if `hides_equations`.
+    `hides` says what is hidden, besides bodies of functions.
     """
     file = name.as_posix()
     text = functions.hidden(text, HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)
-    return equations.hidden(text, file) if hides_equations else text
+    return equations.hidden(text, file, hides)

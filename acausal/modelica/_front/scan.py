@@ -1,9 +1,16 @@
 """Reading Modelica text without parsing it."""
 
+import bisect
 import re
+from collections.abc import Callable
 
 _PASSIVE = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|/\*.*?\*/|\'(?:[^\'\\\n]|\\.)+\'', re.S)
 _BRACKET = re.compile(r"[(\[{]|[)\]}]|;")
+
+_KINDS = "model|block|function|record|package|connector|type|class|operator(?!\\s+(?:function|record))"
+_CLASS = re.compile(
+    rf"(?<![\w.])(?:end\s+(?P<end>\w+)\s*;|(?P<kind>{_KINDS})\s+(?:extends\s+)?(?P<name>\w+)(?!\s*=)(?!\w))"
+)
 
 
 def masked(text: str) -> str:
@@ -26,3 +33,18 @@ def statement_end(plain: str, at: int) -> int:
         if token[0] == ";" and depth <= 0:
             return token.end()
     return len(plain)
+
+
+def classes(plain: str) -> Callable[[int], str | None]:
+    """The kind of the class that a place of a masked text lies in; None outside of all classes."""
+    starts: list[int] = [0]
+    kinds: list[str | None] = [None]
+    open_ones: list[tuple[str, str]] = []
+    for found in _CLASS.finditer(plain):
+        if found["end"] is None:
+            open_ones.append((found["name"], found["kind"]))
+        elif open_ones and open_ones[-1][0] == found["end"]:
+            open_ones.pop()
+        starts.append(found.start())
+        kinds.append(open_ones[-1][1] if open_ones else None)
+    return lambda at: kinds[bisect.bisect_right(starts, at) - 1]

@@ -12,20 +12,21 @@ from pathlib import Path
 
 from ..._jax_settings import programs
 from .._errors import ModelicaError
+from .equations import Hidden
 from .patches import changed
 
 OWN = hashlib.sha256(b"".join(file.read_bytes() for file in sorted(Path(__file__).parent.glob("*.py")))).hexdigest()
 
 
-def view(roots: Sequence[Path], hides_equations: bool) -> Path:
-    """The folder of the view, made or brought up to date; with hidden equations if `hides_equations`."""
-    digest = hashlib.sha256("\n".join([OWN, str(hides_equations), *map(str, roots)]).encode()).hexdigest()[:16]
+def view(roots: Sequence[Path], hides: Hidden) -> Path:
+    """The folder of the view, made or brought up to date. `hides` says what is hidden in it."""
+    digest = hashlib.sha256("\n".join([OWN, hides, *map(str, roots)]).encode()).hexdigest()[:16]
     folder = _home() / digest
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     shown = libraries(roots)
     _remove_others(folder, set(shown))
     for name, library in shown.items():
-        _mirror(library, folder / name, Path(name.partition(" ")[0]), hides_equations)
+        _mirror(library, folder / name, Path(name.partition(" ")[0]), hides)
     return folder
 
 
@@ -60,29 +61,29 @@ def modelica_files(path: Path) -> list[Path]:
     return [path] if path.is_file() else sorted(path.rglob("*.mo"))
 
 
-def _mirror(original: Path, mirror: Path, name: Path, hides_equations: bool) -> None:
+def _mirror(original: Path, mirror: Path, name: Path, hides: Hidden) -> None:
     """Make `mirror` show `original`. `name` is its path from the folder of its library, which it begins with."""
     if original.is_dir() and any(original.glob("*.mo")):
         mirror.mkdir(mode=0o700, exist_ok=True)
         entries = list(original.iterdir())
         _remove_others(mirror, {entry.name for entry in entries})
         for entry in entries:
-            _mirror(entry, mirror / entry.name, name / entry.name, hides_equations)
+            _mirror(entry, mirror / entry.name, name / entry.name, hides)
     elif original.suffix == ".mo":
-        _copy(original, mirror, name, hides_equations)
+        _copy(original, mirror, name, hides)
     elif not mirror.is_symlink():
         with contextlib.suppress(FileExistsError):  # another process has made it
             mirror.symlink_to(original, target_is_directory=original.is_dir())
 
 
-def _copy(original: Path, copy: Path, name: Path, hides_equations: bool) -> None:
+def _copy(original: Path, copy: Path, name: Path, hides: Hidden) -> None:
     """Write a changed copy atomically, with the time of the original, if there is none of this time."""
     time = original.stat().st_mtime_ns
     if copy.exists() and copy.stat().st_mtime_ns == time:
         return
     handle, part = tempfile.mkstemp(dir=_home())  # other processes tidy the view
     with os.fdopen(handle, "w", encoding="utf-8", newline="") as stream:
-        stream.write(changed(original.read_text("utf-8-sig"), name, hides_equations))
+        stream.write(changed(original.read_text("utf-8-sig"), name, hides))
     os.utime(part, ns=(time, time))
     Path(part).replace(copy)
 

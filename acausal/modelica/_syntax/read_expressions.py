@@ -151,7 +151,7 @@ def _blocks(nodes: Sequence[Json]) -> tuple[tuple[e.Expression, e.Body], ...]:
 
 
 _STATEMENTS: dict[str, Callable[[Any], e.Statement]] = {
-    "Assignment": lambda b: e.Assign((_target(b["comp"]),), expression(b["value"])),
+    "Assignment": lambda b: e.Assign((_result(b["comp"]),), expression(b["value"])),
     "FunctionCall": _call_statement,
     "If": lambda b: e.IfStatement(_blocks(b["cond_blocks"]), body_of(b["else_block"] or ())),
     "For": lambda b: e.For(_indices(b["indices"]), body_of(b["equations"])),
@@ -159,6 +159,7 @@ _STATEMENTS: dict[str, Callable[[Any], e.Statement]] = {
     "When": lambda b: e.WhenClause(_blocks(b["blocks"])),
     "Assert": assertion,
     "Reinit": lambda b: e.Reinit(_state(b), expression(b["value"])),
+    "Terminate": lambda b: e.Terminate(expression(b["message"])),
     "Return": lambda b: e.Return(),
     "Break": lambda b: e.BreakStatement(),
 }

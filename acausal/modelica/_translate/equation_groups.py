@@ -58,7 +58,7 @@ class EquationGroups:
         outputs = []
         for name in names:
             slot = model.resolver.term(e.Ref(name), slots)
-            outputs.append((name, slot, model.resolver.term(_before(model.leaves[name], name), slots)))
+            outputs.append((name, slot, model.resolver.term(_before(model, name), slots)))
         if outputs:
             form = AlgorithmForm(body, tuple(outputs))
             self._add(form, slots.leaves, algorithm.component, _where(algorithm.place, "algorithm"), is_initial=False)
@@ -90,10 +90,13 @@ class EquationGroups:
         return EquationGroup(form, rows, tuple(group.paths))
 
 
-def _before(leaf: ModelLeaf, name: str) -> Any:
-    """The value of an output before its algorithm."""
+def _before(model: Translation, name: str) -> Any:
+    """The value of an output before its algorithm. At the start, initial equations give that of a discrete one."""
+    leaf, previous = model.leaves[name], e.Builtin("Pre", (e.Ref(name),))
+    if name in model.lowered.initial:
+        return e.If(((e.Builtin("Initial", ()), model.lowered.initial[name]),), previous)
     if leaf.is_discrete:
-        return e.Builtin("Pre", (e.Ref(name),))
+        return previous
     return e.Builtin("Zeros", tuple(e.Const(n) for n in leaf.dims)) if leaf.dims else e.Const(0.0)
 
 

@@ -1,5 +1,6 @@
 """Execution of algorithms and of the bodies of functions."""
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -10,6 +11,7 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .branches import Failed, choose
+from .breaks import goes_on, guarded, may_break
 from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
 from .values import Value, is_known, plain, select
@@ -27,6 +29,10 @@ def execute(body: Sequence[e.Statement], names: Names, at: Scope, *, is_whole: b
             case e.IfStatement():
                 status = _if(statement, body[position + 1 :], names, at, is_whole)
                 if status is not None:
+                    return status
+            case e.For() | e.While() if may_break(statement.body):
+                status = _breakable(statement, names, at)
+                if status == "return":
                     return status
             case e.For() if _leaves(statement.body, e.Return) and not _leaves(statement.body, e.BreakStatement):
                 turns = _unrolled(statement, names, at)
@@ -181,6 +187,19 @@ def _unrolled(statement: e.For, names: Names, at: Scope) -> e.Body:
     body = (e.For(tuple(rest), statement.body),) if rest else statement.body
     items = evaluate(over, _here(names, at))
     return tuple(s for item in items for s in (e.Assign((e.Target(name),), e.Const(plain(item))), *body))
+
+
+def _breakable(statement: e.For | e.While, names: Names, at: Scope) -> Status:
+    """Executes a loop that `break` leaves."""
+    flag = next(name for number in itertools.count() if (name := f"break {number}") not in names)
+    names[flag] = False
+    if isinstance(statement, e.For):
+        status = _for(statement.indices, guarded(statement.body, flag), names, at)
+    else:
+        condition = e.Binary("And", goes_on(flag), statement.condition)
+        status = _while(e.While(condition, guarded(statement.body, flag)), names, at)
+    del names[flag]
+    return status
 
 
 def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Scope) -> Status:

@@ -206,7 +206,10 @@ class Lowering:
 
     def _algorithm(self, algorithm: Algorithm) -> Algorithm:
         added: list[str] = []
-        body = self._body(algorithm.body, added)
+        # Assertions hold for the values at the end of the algorithm.
+        demands = [s for s in algorithm.body if isinstance(s, e.Assert) and not s.is_warning]
+        self.out.demands += [Assertion(None, self._sampled(s.condition), s.message) for s in demands]
+        body = self._body(tuple(s for s in algorithm.body if not isinstance(s, e.Assert)), added)
         return dataclasses.replace(algorithm, body=body, outputs=(*algorithm.outputs, *added))
 
     def _body(self, body: e.Body, added: list[str]) -> e.Body:

@@ -1,0 +1,130 @@
+"""Algorithms of models, which the last pass of the front end refuses, against closed forms."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acausal import SimulationError, simulate
+from acausal.modelica import load
+from acausal.modelica._front import algorithms, session
+from acausal.modelica._front.flatten import flat_model
+
+pytest.importorskip("rumoca")
+
+MANY = """model Many
+  type Level = enumeration(low, high);
+  parameter Integer n = 3;
+  constant Integer next[Level, Level] = [1, 2; 2, 1];
+  Real sum, z[n], w, last(start = 0, fixed = true), y(start = 5, fixed = true);
+  Integer ticks(start = 0, fixed = true), first(start = 0), count, halves;
+  Level level(start = Level.low, fixed = true);
+  Boolean late;
+initial algorithm
+  first := 4;
+algorithm
+  sum := 2 * time "a note; with := and {";
+  if time > 1 then // a comment; with if
+    sum := sum + 1;
+  elseif time > 0.5 then
+    late := true;
+  else
+    late := false;
+  end if;
+  for i in 1:n loop
+    z[i] := time * i;
+    if z[i] > 1 then
+      break;
+    end if;
+  end for;
+  count := 0;
+  for i in 1:n, j in 1:2 loop
+    count := count + (if time > i * j then 1 else 0);
+  end for;
+  halves := 0;
+  w := 8 * time;
+  while noEvent(w > 1 and halves < 10) loop
+    w := w / 2;
+    halves := halves + 1;
+  end while;
+algorithm
+  when {sample(0.25, 0.5), time > 1.1} then
+    ticks := pre(ticks) + 1;
+    (, last) := both(time);
+    level := if next[pre(level), Level.high] == 1 then Level.low else Level.high;
+  elsewhen time > 0.9 then
+    ticks := 100;
+    first := pre(first) + 1;
+  end when;
+  assert(time < 1.4, "too late");
+equation
+  der(y) = 0;
+public
+  function both
+    input Real u;
+    output Real once;
+    output Real twice;
+  algorithm
+    once := u;
+    twice := 2 * u;
+  end both;
+end Many;
+"""
+
+
+@pytest.fixture(scope="module")
+def many() -> Any:
+    return load(MANY, "Many")
+
+
+def test_statements_of_algorithms(many: Any) -> None:
+    t = np.array([0.1, 0.3, 0.6, 0.8, 1.05, 1.3])
+    sol: Any = simulate(many, 1.3, save=t)
+    assert np.allclose(sol["sum"], 2 * t + (t > 1), atol=1e-9)
+    assert np.allclose(sol["late"], t > 0.5)
+    below = np.cumprod(np.column_stack([np.ones_like(t), *(t * i <= 1 for i in (1, 2))]), axis=1)
+    assert np.allclose(sol["z"], below * np.outer(t, [1, 2, 3]), atol=1e-9)
+    assert np.allclose(sol["count"], t > 1)
+    halves = np.maximum(np.ceil(np.log2(8 * t)), 0)
+    assert np.allclose(sol["halves"], halves)
+    assert np.allclose(sol["w"], 8 * t / 2**halves, atol=1e-9)
+
+
+def test_when_statements(many: Any) -> None:
+    sol: Any = simulate(many, 1.3, save=np.array([0.1, 0.3, 0.8, 1.05, 1.3]))
+    assert np.allclose(sol["ticks"], [0, 1, 2, 100, 102])
+    assert np.allclose(sol["first"], [4, 4, 4, 5, 5])
+    assert np.allclose(sol["last"], [0, 0.5, 1.5, 1.5, 2.5], atol=1e-6)
+    assert np.allclose(sol["level"], [1, 2, 1, 1, 1])
+
+
+def test_assertions_of_algorithms_hold_during_a_run(many: Any) -> None:
+    with pytest.raises(SimulationError, match="too late"):
+        simulate(many, 1.5)
+
+
+def test_the_front_end_refuses_these_algorithms() -> None:
+    """When it accepts them, nothing needs to be hidden any more."""
+    with pytest.raises(session.rumoca().CompileError, match="algorithm"):
+        session.rumoca().Session().loads(MANY, model="Many", filename="Many.mo")
+
+
+def test_algorithms_are_shown_again() -> None:
+    content, sources = flat_model(MANY, "Many")
+    kinds = [[next(iter(s)) for s in algorithm["statements"]] for algorithm in content["algorithms"]]
+    assert kinds[0][:3] == ["Assignment", "If", "For"]
+    assert kinds[1] == ["When", "Assert"]
+    assert len(content["initial_algorithms"]) == 1
+    assert content["when_chains"] == []
+    assert algorithms.MARK not in str(content)
+    spans = [algorithm["span"] for algorithm in content["algorithms"]]
+    places = [sources.place(span["source"], span["start"]) for span in spans]
+    lines = MANY.splitlines()
+    assert [place and lines[place[1] - 1].strip() for place in places] == ["algorithm", "algorithm"]
+
+
+def test_hidden_algorithms_keep_their_lines_and_spare_functions() -> None:
+    changed = algorithms.hidden(MANY)
+    assert changed.count("\n") == MANY.count("\n")
+    assert "once := u;" in changed
+    assert changed.count("  algorithm\n") == 1
