@@ -13,7 +13,7 @@ from .component import Component
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
 from .layout import determined_names, rebuilt, with_determined
-from .node import Node, leaves_of
+from .node import Node, leaves_of, nodes_of
 from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
@@ -75,7 +75,15 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     known = {leaf.path for leaf in leaves_of(model)}
     if not isinstance(values, Mapping):
         raise ModelError(f"replace(model, values) takes a dictionary by path, got {values!r}.")
+    structural = {
+        join(path, own) for path, node in nodes_of(model) for own in getattr(type(node), "structural_names", ())
+    }
     for name in map(str, values):
+        if name in structural:
+            raise ParameterError(
+                f"{name} is fixed: the structure of the Modelica model may depend on it. "
+                "Load the model with a modifier for it."
+            )
         if name not in known:
             raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, known)}")
 

@@ -168,9 +168,10 @@ class Component(Node, partial=True):
     A *final* component states `equations`, or joins sub-components by `connections`, or both. A *partial* one (`class
     TwoPin(Component, partial=True)`) holds the common parts of several final ones and cannot be instantiated.
 
-    Two attributes serve models that are translated from other languages. `equation_groups` states equations between
+    Some attributes serve models that are translated from other languages. `equation_groups` states equations between
     leaves of parts. `determined` maps the leaves of the component in pytree order to the same leaves, with those
-    parameters and start values replaced that others determine: those with `determined_names`.
+    parameters and start values replaced that others determine: those with `determined_names`. `structural_names` are
+    parameters of the original model that are no leaves.
 
     `nominal` sets the nominal sizes of variables for which the default of the unit does not fit, as in
     `Capacitor(C=1e-9, nominal=dict(v=1e-5))`: see `sized`. `if_singular` explains a singularity of the component's
@@ -183,6 +184,7 @@ class Component(Node, partial=True):
     equation_groups: ClassVar[tuple[EquationGroup, ...]] = ()
     determined: ClassVar[Callable[[Sequence[Any]], Sequence[Any]] | None] = None
     determined_names: ClassVar[frozenset[str]] = frozenset()
+    structural_names: ClassVar[frozenset[str]] = frozenset()
     nominal: Mapping[str, object] = eqx.field(
         static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False
     )

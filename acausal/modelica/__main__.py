@@ -16,7 +16,7 @@ from .._show.structure import structure
 from ._load import load
 from ._scoreboard.compare import Compared, compared
 from ._scoreboard.reference import models_in
-from ._scoreboard.table import save, saved, written
+from ._scoreboard.table import FAILURES, save, saved, written
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -38,13 +38,14 @@ def _parser() -> argparse.ArgumentParser:
     for command in (check, run):
         command.add_argument("source", help="a file, or the folder of a package; '' if a library holds the model")
         command.add_argument("model", help="the full name of the model, possibly with modifiers")
-        command.add_argument("--roots", nargs="*", default=[], help="folders with libraries")
+        _add_roots(command)
     board = commands.add_parser("scoreboard", help="compare a library with published results")
-    board.add_argument("--roots", nargs="+", required=True, help="folders with libraries")
+    _add_roots(board, required=True)
     board.add_argument("--references", required=True, help="folder with reference results")
     board.add_argument(
         "--rows", default="scoreboard.jsonl", help="file of results, to which a run adds what is missing"
     )
+    board.add_argument("--again", action="store_true", help="run the models that failed in the file of results again")
     board.add_argument("--table", help="write a page in Markdown")
     board.add_argument("--only", default="", help="models whose names contain this text")
     board.add_argument("--limit", type=float, default=300.0, help="seconds for a model")
@@ -52,6 +53,16 @@ def _parser() -> argparse.ArgumentParser:
     board.add_argument("--one", help=argparse.SUPPRESS)
     board.set_defaults(run=_scoreboard)
     return parser
+
+
+def _add_roots(command: argparse.ArgumentParser, *, required: bool = False) -> None:
+    command.add_argument(
+        "--roots",
+        action="append",
+        default=None if required else [],
+        required=required,
+        help="a folder with libraries; repeat it for more than one",
+    )
 
 
 def _check(options: argparse.Namespace) -> int:
@@ -104,8 +115,9 @@ def _scoreboard(options: argparse.Namespace) -> int:
     if not wanted:
         raise ModelError(f"No model with a reference has a name that contains {options.only!r}.")
     for number, name in enumerate(wanted, 1):
-        if name not in saved(Path(options.rows)):
-            _in_own_process(name, options)
+        before = saved(Path(options.rows)).get(name)
+        if before is None or (options.again and before.stage in FAILURES):
+            _in_own_process(name, options, before)
         row = saved(Path(options.rows))[name]
         print(f"{number}/{len(wanted)} {name}: {row.stage} {row.reason[:80]}", flush=True)
     if options.table:
@@ -114,17 +126,17 @@ def _scoreboard(options: argparse.Namespace) -> int:
     return 0
 
 
-def _in_own_process(name: str, options: argparse.Namespace) -> None:
+def _in_own_process(name: str, options: argparse.Namespace, before: Compared | None) -> None:
     """One model in a process of its own, whose memory and faults do not reach the others."""
     command = [sys.executable, "-m", "acausal.modelica", "scoreboard", "--one", name, "--rows", options.rows]
-    command += ["--roots", *options.roots, "--references", options.references]
+    command += [*(f"--roots={root}" for root in options.roots), "--references", options.references]
     command += ["--gradients"] if options.gradients else []
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=options.limit, check=False)
         reason = (done.stderr.strip().splitlines() or ["the process ended"])[-1]
     except subprocess.TimeoutExpired:
         reason = f"longer than {options.limit:g} s"
-    if name not in saved(Path(options.rows)):
+    if saved(Path(options.rows)).get(name) == before:
         save(Compared(name, "run", reason), Path(options.rows))
 
 

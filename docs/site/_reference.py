@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import acausal
 import studies
-from acausal import codegen, design, fmi, testing
+from acausal import codegen, design, fmi, modelica, testing
 from acausal._declare.class_card import own_text
 from studies import actuators
 
@@ -177,6 +177,7 @@ def _listed() -> dict[str, list[Group]]:
         "testing": _kinds(testing),
         "codegen": _kinds(codegen),
         "fmi": _kinds(fmi),
+        "modelica": _kinds(modelica),
         "studies": [*_kinds(studies, "`studies`: "), *_kinds(actuators, "`studies.actuators`: ")],
     }
 

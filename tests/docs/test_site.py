@@ -9,7 +9,7 @@ import nbformat
 import pytest
 
 import acausal
-from acausal import codegen, design, fmi, testing
+from acausal import codegen, design, fmi, modelica, testing
 from docs._execute import DOCS, ROOT
 from docs.site._collect import collected
 from docs.site._links import dead_links
@@ -36,7 +36,7 @@ def test_the_navigation_names_existing_pages_and_leaves_out_sources_only(pages: 
     assert {path for path in pages.texts if not path.startswith("source/")} <= named
 
 
-@pytest.mark.parametrize("module", [acausal, codegen, design, fmi, testing])
+@pytest.mark.parametrize("module", [acausal, codegen, design, fmi, modelica, testing])
 def test_every_public_name_has_an_entry(pages: Pages, module: types.ModuleType) -> None:
     text = pages.texts[f"reference/{module.__name__.rpartition('.')[2]}.md"]
     for name in public(module):

@@ -123,3 +123,9 @@ def test_start_values_follow_parameters_until_others_are_given() -> None:
 def test_real_parameters_that_decide_others_are_known() -> None:
     text = "model A parameter Real p = 2; parameter Boolean big = p > 1; Real y = if big then 3 else time; end A;"
     assert list(parameters(load(text, "A"))) == []
+
+
+def test_replace_says_that_a_parameter_is_fixed() -> None:
+    model = load("model A parameter Integer n = 2; parameter Real p = n; Real y[n] = fill(p * time, n); end A;", "A")
+    with pytest.raises(ParameterError, match=r"^n is fixed: .* Load the model with a modifier for it\."):
+        replace(model, {"n": 3})

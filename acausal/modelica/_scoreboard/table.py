@@ -20,7 +20,7 @@ def library_of(model: str) -> str:
 
 
 def written(rows: Iterable[Compared], about: str) -> str:
-    """A page in Markdown: counts by sub-library, and each model that does not agree, with the reason."""
+    """A page in Markdown: counts by sub-library, and each model, with its largest deviation or why it fails."""
     rows = sorted(rows, key=lambda row: row.model)
     libraries: dict[str, list[Compared]] = collections.defaultdict(list)
     for row in rows:
@@ -28,7 +28,7 @@ def written(rows: Iterable[Compared], about: str) -> str:
     lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_HEAD]
     lines += [_line(name, own) for name, own in sorted(libraries.items())]
     lines += [_line("**all**", rows), "", "| Model | Result | Reason |", "|---|---|---|"]
-    lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows if row.stage != "agrees"]
+    lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
@@ -49,7 +49,7 @@ def _line(name: str, rows: list[Compared]) -> str:
 
 
 def _reason(row: Compared) -> str:
-    if row.stage == "differs":
+    if row.stage in ("differs", "agrees") and row.deviations:
         worst = max(row.deviations, key=row.deviations.__getitem__)
         return f"{worst} by {row.deviations[worst]:.2g} of its range"
     reason = re.sub(r"/(?:[^/]*/)+(?=[^/]*\.mo\b)", "", " ".join(row.reason.split()))  # without the user's folders

@@ -9,7 +9,7 @@ from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
 from .start_values import StartValues
 from .translation import INITIAL, Translation
-from .tree import tree
+from .tree import attribute_path, tree
 
 
 def component(flat: FlatModelica) -> ModelicaModel:
@@ -37,6 +37,7 @@ def component(flat: FlatModelica) -> ModelicaModel:
     if determine := model.determined.function(places):
         cls.determined = staticmethod(determine)
     cls.determined_names = model.determined.names()
+    cls.structural_names = frozenset(map(attribute_path, model.known.parameters()))
     cls.flat = flat
     return root
 

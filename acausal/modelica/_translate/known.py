@@ -76,6 +76,10 @@ class KnownValues(Mapping[str, Value]):
         read = [v for name in names_in(stated) for v in variables_in(self.tree.find(split(name)))] if stated else []
         return all(self.has(other) for other in read)
 
+    def parameters(self) -> list[str]:
+        """The names of the parameters whose values are known."""
+        return [v.name for v in self.flat.variables.values() if v.variability == "parameter" and self.has(v)]
+
     def value(self, x: Any, **names: Value) -> Value:
         """The value of an expression. Raises `NotKnown`."""
         return evaluate(self._sized(x), Scope(self.library, locals=self).knowing(**names))

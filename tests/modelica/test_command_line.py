@@ -1,0 +1,54 @@
+"""The command line."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from acausal.modelica import __main__ as command_line
+from acausal.modelica._scoreboard.compare import Compared
+from acausal.modelica._scoreboard.table import save, saved, written
+
+
+@pytest.fixture
+def references(tmp_path: Path) -> Path:
+    for name in ("Good", "Bad"):
+        (tmp_path / "M" / name).mkdir(parents=True)
+        (tmp_path / "M" / name / "comparisonSignals.txt").write_text("time\nx\n")
+    return tmp_path
+
+
+def test_failed_rows_run_again_on_request(references: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    rows = tmp_path / "rows.jsonl"
+    save(Compared("M.Good", "agrees", deviations={"x": 2e-5}), rows)
+    save(Compared("M.Bad", "run", "it fails"), rows)
+    run: list[str] = []
+
+    class Done:
+        stderr = "it fails again"
+
+    def process(command: list[str], **options: Any) -> Done:
+        run.append(command[command.index("--one") + 1])
+        assert "--roots=libraries" in command
+        return Done()
+
+    monkeypatch.setattr(command_line.subprocess, "run", process)
+    arguments = ["scoreboard", "--roots", "libraries", "--references", str(references), "--rows", str(rows)]
+    assert command_line.main(arguments) == 0
+    assert run == []
+    assert command_line.main([*arguments, "--again"]) == 0
+    assert run == ["M.Bad"]
+    assert saved(rows)["M.Bad"].reason == "it fails again"
+
+
+def test_the_page_lists_models_that_agree() -> None:
+    assert "| L.Parts.Good | agrees | x by 2e-05 of its range |" in written(
+        [Compared("L.Parts.Good", "agrees", deviations={"x": 2e-5})], "about"
+    )
+
+
+def test_roots_stand_before_or_after_the_model(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    library = tmp_path / "L.mo"
+    library.write_text("package L model M parameter Real k = 2; Real x = k * time; end M; end L;")
+    assert command_line.main(["check", "--roots", str(tmp_path), "", "L.M"]) == 0
+    assert "k = 2" in capsys.readouterr().out
