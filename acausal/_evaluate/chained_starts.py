@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
@@ -30,7 +31,8 @@ def chained(system: System, x: Float[Array, " elements"], given: np.ndarray, t: 
     levels = _levels(ordered, steps)
     uses = [(levels[step[1]], chained_program_of(ordered, [step], [], system.kind_index)) for step in steps]
     plan = Plan(uses, pairs, system.plan.shapes)
-    return plan.collect(plan.evaluate(x, t, inputs.params, system.starts.guess(inputs), pairs), pairs)
+    found = plan.collect(plan.evaluate(x, t, inputs.params, system.starts.guess(inputs), pairs), pairs)
+    return jnp.where(jnp.isfinite(found), found, x)
 
 
 def _levels(ordered: Sorted, steps: Sequence[tuple[int, Pair]]) -> dict[Pair, int]:

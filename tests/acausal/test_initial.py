@@ -18,6 +18,7 @@ from acausal import (
     check,
     connect,
     eq,
+    initialise,
     linearise,
     prefer,
     replace,
@@ -157,3 +158,8 @@ def test_dependent_variables_follow_given_ones_before_the_search() -> None:
     """The direction of a vector of zeros, the guess, is not a number."""
     start = simulate(AngledPendulum(phi=0.3), 0.0).final
     np.testing.assert_allclose(jnp.stack([start.x, start.y, start.u]), [np.sin(0.3), -np.cos(0.3), 0.0], rtol=1e-12)
+
+
+def test_dependent_variables_follow_before_conditions_are_met() -> None:
+    start = simulate(initialise(AngledPendulum(), lambda s, d: dict(angle=eq(s.phi, 0.3))), 0.0).final
+    np.testing.assert_allclose(jnp.stack([start.x, start.y]), [np.sin(0.3), -np.cos(0.3)], rtol=1e-9)

@@ -11,6 +11,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._declare.past import Past
+from ..._evaluate.chained_starts import chained
 from ..._evaluate.constraints import CLOSE, placed
 from ..._evaluate.initial import start_point
 from ..._evaluate.observe import observe
@@ -131,7 +132,8 @@ def search_start(
     if easy is not None:
         easy_inputs = Inputs(system.intake.packed(easy), inputs.starts, problem.given)
         easier = Values(easy_inputs, t0, constants, sizes)
-    x0, unknowns = start_point(system, inputs), trim.unknowns(params, sizes)
+    x0 = chained(system, start_point(system, inputs), problem.held, t0, inputs)
+    unknowns = trim.unknowns(params, sizes)
 
     def root(discrete: Array | None) -> tuple[Ends, Array]:
         here = None if easy is None else easier.in_modes(system, discrete)
