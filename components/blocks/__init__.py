@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     from ._sources import Sine as Sine
     from ._sources import Step as Step
     from ._sources import TimeFunction as TimeFunction
+    from ._state_machine import StateMachine as StateMachine
     from ._tables import Extrapolation as Extrapolation
     from ._tables import Table1D as Table1D
     from ._tables import Table2D as Table2D

@@ -99,7 +99,7 @@ class IdealOpAmp(Component):
     """Operational amplifier of infinite gain: no voltage between its inputs, and no current into them.
 
     It needs feedback from `out` to `n`. The equations do not distinguish the inverting input, so they cannot show
-    instability. The supply is not modelled (MSL `IdealOpAmp3Pin`).
+    instability. The supply is not modelled (MSL `IdealOpAmp3Pin`). With a pole and a limited output, see `OpAmp`.
     """
 
     p: Pin = Pin()  # non-inverting input

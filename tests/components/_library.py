@@ -95,6 +95,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "SnapReliefValve": dict(conductance=1.0, cracking_pressure=2.0, reseat_pressure=1.0),
     "SolenoidValve": dict(R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, area=1.0, density=1.0),
     "Staircase": dict(times=GRID, values=GRID[1:]),
+    "StateMachine": dict(transitions=[(0, 1), (1, 0)]),
     "StateSpace": dict(A=np.eye(2), B=np.ones((2, 1)), C=np.ones((1, 2))),
     "StickingPump": dict(displacement=1.0, J=1.0, Tc=1.0, Ts=1.0, ws=1.0),
     "StoppedCylinder": dict(bore=1.0, stroke=1.0),

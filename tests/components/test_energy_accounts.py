@@ -234,6 +234,7 @@ EXAMPLES: tuple[Component, ...] = (
     blocks.SampledP(period=0.9, k=1.3),
     blocks.SampledPI(period=0.9, k=1.3, T=0.7),
     blocks.SampledPID(period=0.9, k=1.3, Ti=0.7, Td=0.3),
+    blocks.StateMachine(transitions=[(0, 1), (1, 0)]),
     blocks.Timer(),
     blocks.TransportDelay(n=3),
     blocks.UniformNoise(period=0.9, y_min=-0.4, y_max=0.7),

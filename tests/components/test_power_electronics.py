@@ -8,7 +8,7 @@ import pytest
 from _rig import Rig
 from scipy.special import jv
 
-from acausal import Connections, ParameterError, Solution, connect, simulate
+from acausal import Connections, ParameterError, Solution, connect, linearise, simulate
 from acausal.testing import check_law
 from components import blocks, electrical, thermal
 from components.electrical import AveragedHalfBridge, Ground, HalfBridge, Inductor, PhaseImpedance, Resistor, StarPoint
@@ -205,3 +205,55 @@ def test_space_vectors_centre_the_pulses() -> None:
     check_law(electrical.PhaseModulator(), given=given, expected=law)
     law = {"d_a.value": 0.9, "d_b.value": 0.4, "d_c.value": 0.2}
     check_law(electrical.PhaseModulator(space_vector=False), given=given, expected=law)
+
+
+def driven_legs(source: Any, ground: Any, *parts: Any) -> Connections:
+    """Pairs of a leg, the source of its load current and its duty."""
+    wires = [connect(source.n, ground.p)]
+    for leg, load, duty in (parts[:3], parts[3:6], parts[6:]):
+        wires += [
+            connect(source.p, leg.p),
+            connect(source.n, leg.n, load.n),
+            connect(leg.out, load.p),
+            connect(duty.y, leg.duty),
+        ]
+    return tuple(wires)
+
+
+@pytest.mark.thorough
+def test_pulses_begin_or_end_late_and_short_ones_are_left_out() -> None:
+    """Pulses of 40 us from 30 us to 70 us with a dead time of 4 us, and of 2 us with the same."""
+    leg = HalfBridge(frequency=1e4, dead_time=4e-6)
+    out, into = electrical.ConstantCurrent(I=5.0), electrical.ConstantCurrent(I=-5.0)
+    wide, narrow = blocks.Constant(k=0.4), blocks.Constant(k=0.02)
+    parts = (electrical.ConstantVoltage(V=V), Ground(), leg, out, wide, leg, into, wide, leg, out, narrow)
+    t = 1e-6 * np.array([29.0, 32.0, 35.0, 50.0, 69.0, 72.0, 75.0, 132.0, 135.0])
+    solution = simulate(Rig(parts=parts, wiring=driven_legs), 140e-6, save=jnp.asarray(t))
+    found = np.array([solution.parts[i].out.v for i in (2, 5, 8)]) / V
+    expected = [[0, 0, 1, 1, 1, 0, 0, 0, 1], [0, 1, 1, 1, 1, 1, 0, 1, 1], [0] * 9]
+    np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def filtered(source: Any, coil: Any, capacitor: Any, ground: Any) -> Connections:
+    return (
+        connect(source.phases, coil.p),
+        connect(coil.n, capacitor.phases),
+        connect(source.n, ground.p),
+    )
+
+
+def test_an_lc_filter_has_its_resonance_in_the_two_independent_phases() -> None:
+    """s^2 L C + s R C + 1 = 0, twice: without a neutral conductor, the third current is minus the sum of the others."""
+    R, L, C = 0.5, 2e-3, 10e-6
+    parts = (
+        electrical.ThreePhaseSource(V=V, f=50.0),
+        PhaseImpedance(R=R, L=L),
+        electrical.PhaseCapacitor(C=C),
+        Ground(),
+    )
+    poles = np.asarray(linearise(Rig(parts=parts, wiring=filtered)).poles)
+    poles = poles[np.abs(poles) > 1.0]  # without the mean voltage of the capacitors, which rests
+    expected = np.roots([L * C, R * C, 1.0])
+    assert len(poles) == 4
+    for pole in poles:
+        assert np.min(np.abs(pole - expected)) < 1e-6 * abs(pole)

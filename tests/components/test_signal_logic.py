@@ -71,3 +71,45 @@ def test_edges_start_timers_latches_and_counters() -> None:
         [0, 1, 1, 1, 1, 2, 3, 0, 0, 1],
     ]
     np.testing.assert_allclose(found, expected, atol=1e-12)
+
+
+def sequence(start: Any, machine: Any, wait: Any, level: Any, full: Any) -> Connections:
+    """Waiting, filling until the level is reached, resting for a time, and back."""
+    return (
+        connect(start.y, machine.u[0]),
+        connect(machine.y[1], level.u),
+        connect(level.y, full.u),
+        connect(full.y, machine.u[1]),
+        connect(machine.y[2], wait.u),
+        connect(wait.y, machine.u[2]),
+    )
+
+
+def test_a_state_machine_goes_through_its_states() -> None:
+    """The start at 0.5 s; the level rises at 1 per second to 0.8; the rest takes 0.4 s; the level then remains."""
+    parts = (
+        blocks.Pulse(amplitude=1.0, period=10.0, width=0.01, start_time=0.5),
+        blocks.StateMachine(transitions=[(0, 1), (1, 2), (2, 0)]),
+        blocks.OnDelay(T=0.4),
+        blocks.Integrator(),
+        blocks.Hysteresis(low=-1.0, high=0.8),
+    )
+    t = np.array([0.4, 0.6, 1.2, 1.4, 1.6, 1.8])
+    solution = simulate(Rig(parts=parts, wiring=sequence), 2.0, save=jnp.asarray(t))
+    np.testing.assert_array_equal(solution.parts[1].state, [0, 1, 1, 2, 2, 0])
+    np.testing.assert_array_equal(solution.parts[1].y[1].value, [0, 1, 1, 0, 0, 0])
+    names = [name for name in solution.events.names if name.startswith("parts[1].transition")]
+    times = [t for t, name in zip(solution.events.times, solution.events.names, strict=True) if name in names]
+    np.testing.assert_allclose(times, [0.5, 1.3, 1.7], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (dict(transitions=[(0, 2)]), r"must name each of the states 0, 1, \.\.\., got \[0, 2\]"),
+        (dict(transitions=[(0, 1)], state=2), "state must be one of the states of the transitions, got 2"),
+    ],
+)
+def test_states_are_numbered_without_gaps(arguments: dict[str, Any], message: str) -> None:
+    with pytest.raises(ParameterError, match=message):
+        blocks.StateMachine(**arguments)

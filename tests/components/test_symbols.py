@@ -22,7 +22,7 @@ CLASSES = [
     for cls in (getattr(package, name) for name in dir(package))
     if inspect.isclass(cls) and issubclass(cls, Component)
 ]
-SEVERAL = {"StateSpace", "WeightedSum"}  # numbers of ports that vary
+SEVERAL = {"StateMachine", "StateSpace", "WeightedSum"}  # numbers of ports that vary
 
 
 @pytest.mark.parametrize("cls", CLASSES, ids=lambda cls: f"{cls.__module__.split('.')[1]}.{cls.__name__}")

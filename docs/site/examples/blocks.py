@@ -57,6 +57,7 @@ from components.blocks import (
     SlewRateLimiter,
     SmoothSwitch,
     Staircase,
+    StateMachine,
     StateSpace,
     Step,
     Sum,
@@ -145,4 +146,5 @@ EXAMPLES = (
     TransportDelay(),
     UniformNoise(period=0.01, y_min=-0.1, y_max=0.1),
     Xor(),
+    StateMachine(transitions=[(0, 1), (1, 2), (2, 0)]),
 )
