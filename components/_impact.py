@@ -18,6 +18,7 @@ import jax.numpy as jnp
 
 from acausal import Events, Scalar, when
 
+MODES = {-1.0: "at the lower stop", 0.0: "free", 1.0: "at the upper stop"}  # names in plots
 LAG = 1e-3  # s
 DRAW = 10.0  # 1/s2, acceleration towards the stop per distance from it
 PRESS = 1e-9

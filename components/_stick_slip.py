@@ -21,6 +21,7 @@ from acausal import Events, Scalar, when
 
 STUCK = 0.0
 FREE = 2.0
+MODES = {-1.0: "slides backward", STUCK: "sticks", 1.0: "slides forward", FREE: "free"}  # names in plots
 CREEP = 1e-10  # in SI units
 LAG = 1e-3  # s
 REST = 1e-10  # relative speed that counts as rest, in SI units

@@ -13,12 +13,16 @@ if TYPE_CHECKING:
 
 PANEL = (4.6, 2.1)  # inches, width and height of a panel
 POINTS = 600
+BEND = 2.0  # deg, change of the phase that counts as a bend
+FLOOR = 1e-4  # smallest gain in a plot, relative to the largest one
 
 
 def plot_bode(system: "LinearSystem", w: ArrayLike | None, axes: Panels | None) -> np.ndarray:
     """Gain over phase, a column for each input; see `LinearSystem.plot_bode`."""
     _check_channels(system)
-    w = _frequencies(system) if w is None else np.asarray(w, float)
+    if w is None:
+        w = _range_of_interest(_frequencies(system), system)
+    w = np.asarray(w, float)
     response = np.asarray(system.frequency_response(w))
     axes = _panels(axes, 2, len(system.inputs))
     for j, name in enumerate(system.inputs):
@@ -26,10 +30,12 @@ def plot_bode(system: "LinearSystem", w: ArrayLike | None, axes: Panels | None) 
             phase = np.degrees(np.unwrap(np.angle(response[:, i, j])))
             # The branch whose low-frequency end is nearest to zero.
             phase -= 360.0 * np.round(phase[0] / 360.0)
-            axes[0, j].loglog(w / (2 * np.pi), np.abs(response[:, i, j]), label=_labelled(system, output))
+            with np.errstate(divide="ignore"):
+                gain = 20.0 * np.log10(np.abs(response[:, i, j]))
+            axes[0, j].semilogx(w / (2 * np.pi), gain, label=_labelled(system, output))
             axes[1, j].semilogx(w / (2 * np.pi), phase)
-        axes[0, j].set_title(f"from {name}", fontsize="medium")
-        axes[0, j].set_ylabel(f"gain [unit of output per {system.unit(name) or 'unit'}]")
+        axes[0, j].set_title(f"from {_labelled(system, name)}", fontsize="medium")
+        axes[0, j].set_ylabel("gain [dB]")
         axes[0, j].legend(loc="best", fontsize="small", frameon=False)
         axes[1, j].set_ylabel("phase [°]")
         axes[1, j].yaxis.set_major_locator(_locator())
@@ -100,6 +106,24 @@ def _frequencies(system: "LinearSystem") -> np.ndarray:
     grid = np.geomspace(low, high, POINTS)
     near = [size * (1.0 + np.sign(s) * s**2) for size in turns for s in np.linspace(-0.3, 0.3, 61) if s != 0.0]
     return np.sort(np.concatenate([grid, near]))
+
+
+def _range_of_interest(w: np.ndarray, system: "LinearSystem") -> np.ndarray:
+    """The frequencies from a decade below to a decade above those at which a response bends, up to a gain of -80 dB
+    relative to the largest one: poles that no output shows do not widen it.
+    """
+    response: Any = np.asarray(system.frequency_response(w)).reshape(len(w), -1)
+    response = response[:, np.any(response != 0.0, axis=0)]
+    if not response.shape[1]:
+        return w
+    phase, level = np.degrees(np.unwrap(np.angle(response), axis=0)), np.abs(response)
+    first, last = (np.any(np.abs(phase - phase[end]) > BEND, axis=1) for end in (0, -1))
+    low = w[np.argmax(first)] / 10.0 if first.any() else w[0]
+    high = 10.0 * w[len(w) - 1 - np.argmax(last[::-1])] if last.any() else w[-1]
+    here = w >= low
+    is_seen = np.any(level >= FLOOR * np.max(level[here], axis=0), axis=1)
+    high = min(high, w[np.flatnonzero(is_seen & here)[-1]])
+    return w[here & (w <= high)]
 
 
 def _duration(system: "LinearSystem") -> float:

@@ -204,7 +204,8 @@ class LinearSystem(eqx.Module):
     def plot_bode(self, w: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot gains and phases over the frequency, a column for each input; returns the matplotlib axes.
 
-        `w` are angular frequencies in rad/s, by default from below the slowest to above the fastest pole or zero.
+        Gains are in dB of the units of output and input. `w` are angular frequencies in rad/s, by default a decade
+        more on either side than those at which the responses bend, and down to -80 dB below the largest gain.
         """
         from .linear_plots import plot_bode
 

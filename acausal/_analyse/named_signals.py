@@ -13,9 +13,11 @@ from jax import Array
 from .._errors import ModelError, suggestion
 from .._evaluate.packing import ModelParameters
 from .._evaluate.system import System
+from .._integrate.setup.expressions import unit_of_expression
 from .._integrate.setup.options import names_of
 from .._integrate.setup.user_function import as_function
 from .._reduce.flat_model import FlatLeaf
+from .._unit_check.signal_units import signal_units
 
 Output = str | Callable[[Any], Any]
 
@@ -100,7 +102,11 @@ def input_values(params: ModelParameters, places: Sequence[Element]) -> Array:
 def input_signals(system: System, places: Sequence[Element]) -> Signals:
     leaves = [system.flat.leaves[place.leaf] for place in places]
     names = tuple(leaf.name(place.position) for leaf, place in zip(leaves, places, strict=True))
-    return Signals(names, tuple(leaf.declaration.unit for leaf in leaves))
+    signals = signal_units(system.flat)
+    return Signals(
+        names,
+        tuple(leaf.declaration.unit or signals.get(place.leaf, "") for leaf, place in zip(leaves, places, strict=True)),
+    )
 
 
 def state_signals(system: System) -> Signals:
@@ -131,15 +137,15 @@ def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Outp
     for position, (given, output) in enumerate(pairs):
         if callable(output):
             names.append(given or f"outputs[{position}]")
-            as_function(output, names[-1])
-            units.append("")
+            units.append(unit_of_expression(as_function(output, names[-1]), system.flat, "outputs"))
             readers.append(lambda view, function=output: [function(view)])
         else:
             leaf, index = _variable(system, output)
             elements = _elements(given or output, leaf.sizes)
             names += elements
-            units += [leaf.declaration.unit] * len(elements)
-            readers.append(_reader(system.flat.leaves.index(leaf), index, leaf))
+            number = system.flat.leaves.index(leaf)
+            units += [leaf.declaration.unit or signal_units(system.flat).get(number, "")] * len(elements)
+            readers.append(_reader(number, index, leaf))
     return Signals(tuple(names), tuple(units)), lambda view: [value for reader in readers for value in reader(view)]
 
 

@@ -176,11 +176,13 @@ class Component(Node, partial=True):
     `nominal` sets the nominal sizes of variables for which the default of the unit does not fit, as in
     `Capacitor(C=1e-9, nominal=dict(v=1e-5))`: see `sized`. `if_singular` explains a singularity of the component's
     equations during a run and names the remedy. `elsewhere` maps names of other libraries to those here, as in
-    `{"freqHz": "frequency"}`, for error messages.
+    `{"freqHz": "frequency"}`, for error messages. `mode_names` names the values of discrete variables for plots, as in
+    `{"mode": {-1.0: "at the lower stop", 0.0: "free", 1.0: "at the upper stop"}}`.
     """
 
     if_singular: ClassVar[str] = ""
     elsewhere: ClassVar[Mapping[str, str]] = {}
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {}
     equation_groups: ClassVar[tuple[EquationGroup, ...]] = ()
     determined: ClassVar[Callable[[Sequence[Any]], Sequence[Any]] | None] = None
     determined_names: ClassVar[frozenset[str]] = frozenset()

@@ -48,6 +48,11 @@ class EventEntry:
         return self.kind in ("when", "at", "refuse") and not self.is_internal
 
     @property
+    def is_logged(self) -> bool:
+        """Whether it is a row of the log, as listed events are, except periodic ones."""
+        return self.is_listed and not self.repeats
+
+    @property
     def has_condition(self) -> bool:
         return self.kind in ("when", "refuse", "hold")
 

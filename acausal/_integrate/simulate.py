@@ -100,7 +100,7 @@ def simulate(
     - `dtmin`: smallest step in s, below which the run fails. None: 1e-14 of the time since t0.
     - `dtmax`: largest step in s, for events of signals that vary faster than the steps resolve. None: no limit.
     - `max_steps`: maximum number of steps, including rejected ones.
-    - `max_events`: maximum number of events in the list. Later events fire too.
+    - `max_events`: maximum number of events in the log inside `jit`, `vmap` and `grad`. Later events fire too.
     - `adjoint`: method of differentiation, as in diffrax. None: both modes of differentiation work.
     - `resume`: True: continue a run, as in `simulate(sol.final, t1, t0=sol.t1, resume=True)`. Events due before `t0`,
       and those whose conditions are true at `t0`, do not fire again. False: they fire. None: they fire, except those

@@ -3,7 +3,7 @@ flows of connections of two ports, and equations `a = b` or `a = -b` of componen
 """
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Set
 
 import numpy as np
 from jaxtyping import Int
@@ -195,11 +195,12 @@ def _flow_families(flat: FlatModel, sets: _Sets) -> Iterator[Family]:
 
 
 def _resolved(flat: FlatModel, sets: _Sets) -> tuple[np.ndarray, np.ndarray]:
-    """Representatives for readable reports: a component's own variable rather than a port's."""
+    """Representatives for readable reports: a component's own variable rather than a port's or a signal."""
     found = [sets.find(node) for node in range(flat.n_nodes)]
     root = np.array([item[0] for item in found], dtype=int)
     sign = np.array([item[1] for item in found], dtype=int)
-    ranks = np.array([_rank(flat, i) for i in flat.variable_leaves])
+    with_signals = {_owner(leaf.path) for leaf in flat.leaves if leaf.in_port and not leaf.declaration.unit}
+    ranks = np.array([_rank(flat, i, with_signals) for i in flat.variable_leaves])
     node_rank = np.repeat(ranks, [flat.leaves[i].count for i in flat.variable_leaves])
     best = np.full(flat.n_nodes, -1)
     for node in np.lexsort((-np.arange(flat.n_nodes), node_rank)).tolist():
@@ -213,6 +214,15 @@ def _resolved(flat: FlatModel, sets: _Sets) -> tuple[np.ndarray, np.ndarray]:
     return np.where(zero[root], ZERO, representative) if len(root) else root, sign
 
 
-def _rank(flat: FlatModel, leaf: int) -> float:
+def _rank(flat: FlatModel, leaf: int, with_signals: Set[str]) -> float:
+    """The rank of a leaf as the name of equal variables: a physical variable before a signal, and the position of a
+    mass before that of its sensor, which is one of the parts `with_signals`.
+    """
     declaration, path = flat.leaves[leaf].declaration, flat.leaves[leaf].path
-    return 10.0 * abs(declaration.select) + 5.0 * (declaration.nominal is not None) - 0.1 * path.count(".")
+    rank = 10.0 * abs(declaration.select) + 5.0 * (declaration.nominal is not None) - 0.1 * path.count(".")
+    return rank - (declaration.unit == "") - 0.05 * (_owner(path) in with_signals)
+
+
+def _owner(path: str) -> str:
+    """The path of the component of a variable in a port."""
+    return path.rpartition(".")[0].rpartition(".")[0]

@@ -1,18 +1,52 @@
 """Connected signals: they have no declared unit, but the equations at both ends may determine one."""
 
+import functools as ft
 from collections.abc import Iterator
 
 import numpy as np
 
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.graph import connected
-from .._units.dimension import Dimension, described
+from .._units.dimension import DERIVED, NUMBER, Dimension, described
+from .._units.parsing import parsed
 from .kind_units import kind_units
 
 
 def signal_problems(flat: FlatModel) -> list[str]:
     """Connections, also through blocks that pass a signal on, between ports of different quantities."""
     known = _dimensions(flat)
+    problems = []
+    for net in _nets(flat):
+        first: dict[Dimension, int] = {}
+        for node in net:
+            dimension = known.get(int(flat.leaf_of_node[node]))
+            if dimension is not None:
+                first.setdefault(dimension, node)
+        if len(first) > 1:
+            problems.append(_problem(flat, first))
+    return problems
+
+
+@ft.lru_cache(maxsize=64)
+def signal_units(flat: FlatModel) -> dict[int, str]:
+    """The unit of each leaf without a declared one, by number, as far as its equations or those of the leaves to which
+    it is connected determine it.
+    """
+    own = {leaf: unit for leaf, unit in _units(flat).items() if not flat.leaves[leaf].declaration.unit}
+    found = dict(own)
+    for net in _nets(flat):
+        leaves = [int(flat.leaf_of_node[node]) for node in net]
+        units = {own[leaf]: None for leaf in leaves if leaf in own}
+        units |= {flat.leaves[leaf].declaration.unit: None for leaf in leaves if flat.leaves[leaf].declaration.unit}
+        # A speed is in rad/s rather than in 1/s if a part says so.
+        if units and len({parsed(unit).dimension for unit in units}) == 1:
+            best = max(units, key=lambda unit: parsed(unit).has_angle)
+            found |= dict.fromkeys((leaf for leaf in leaves if not flat.leaves[leaf].declaration.unit), best)
+    return found
+
+
+def _nets(flat: FlatModel) -> list[list[int]]:
+    """The nodes of equal dimension that are connected to a signal, in order."""
     unlike = np.array([not leaf.declaration.unit for leaf in flat.leaves], dtype=bool)[flat.leaf_of_node]
     pairs = flat.across[unlike[flat.across].any(axis=1)]
     edges = np.concatenate([pairs, *_passed_on(flat)]).astype(int)
@@ -20,12 +54,10 @@ def signal_problems(flat: FlatModel) -> list[str]:
         return []
     nodes, edges = np.unique(edges, return_inverse=True)
     count, label = connected(edges.reshape(-1, 2), len(nodes))
-    first: list[dict[Dimension, int]] = [{} for _ in range(count)]
+    nets: list[list[int]] = [[] for _ in range(count)]
     for node, net in zip(nodes.tolist(), label.tolist(), strict=True):
-        dimension = known.get(int(flat.leaf_of_node[node]))
-        if dimension is not None:
-            first[net].setdefault(dimension, node)
-    return [_problem(flat, found) for found in first if len(found) > 1]
+        nets[net].append(node)
+    return nets
 
 
 def _problem(flat: FlatModel, found: dict[Dimension, int]) -> str:
@@ -42,6 +74,20 @@ def _dimensions(flat: FlatModel) -> dict[int, Dimension]:
         if dimension is not None
         for entry in range(len(instances.paths))
     }
+
+
+def _units(flat: FlatModel) -> dict[int, str]:
+    """The unit of each leaf of known dimension: that of a declared variable of its component, if there is one."""
+    found = {}
+    for instances in flat.instances:
+        kind = instances.kind
+        declared = {parsed(one.unit).dimension: one.unit for one in kind.declarations if one.unit}
+        for slot, dimension in enumerate(kind_units(kind).dimensions):
+            if dimension is not None:
+                named = "1" if dimension == NUMBER else DERIVED.get(dimension, str(dimension))
+                unit = declared.get(dimension, named)
+                found |= dict.fromkeys((instances.leaf(entry, slot) for entry in range(len(instances.paths))), unit)
+    return found
 
 
 def _passed_on(flat: FlatModel) -> Iterator[np.ndarray]:

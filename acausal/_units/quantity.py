@@ -57,6 +57,12 @@ def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     return given.to(pint_unit(unit)).magnitude
 
 
+def from_si(value: Any, unit: str, where: str) -> Any:
+    """The number in a unit of a value in SI units. Raises `ParameterError`, naming `where`, for an unknown unit."""
+    target = _named(where, pint_unit, unit)
+    return registry().Quantity(value, registry().Quantity(0.0, target).to_base_units().units).to(target).magnitude
+
+
 def has_unit(value: object) -> bool:
     """Whether a value is a quantity of pint. Does not import pint."""
     pint = sys.modules.get("pint")

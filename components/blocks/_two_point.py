@@ -1,6 +1,7 @@
 """On-off control."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -14,6 +15,8 @@ class TwoPointController(Component):
 
     As MSL `Logical.OnOffController`; both changes are events. Within the band y keeps its value, initially `is_on`.
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"is_on": {0.0: "off", 1.0: "on"}}
 
     bandwidth: Param[Scalar, "", positive]  # hysteresis of u_m
     is_on: Discrete[Scalar, "1"] = 0.0

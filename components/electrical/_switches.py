@@ -26,6 +26,8 @@ class IdealDiode(TwoPin):
     the tolerance of the coil current, to which `nominal={"coil.i": ...}` gives a small nominal value.
     """
 
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"on": {0.0: "blocks", 1.0: "conducts"}}
+
     Ron: Param[Scalar, "ohm", nonnegative] = 1e-5  # resistance while conducting
     Goff: Param[Scalar, "S", nonnegative] = 1e-5  # conductance while blocking
     Vknee: Param[Scalar, "V", nonnegative] = 0.0  # forward threshold voltage

@@ -1,7 +1,8 @@
 """Accumulators: liquid against a gas or a spring, with an empty and a full state."""
 
 import abc
-from typing import Any, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -36,6 +37,8 @@ class Accumulator(Component, partial=True):
     outside opens it again. Both are events; while the inlet is shut, the circuit alone determines the pressure at the
     port. A run ends with an error if V starts outside its limits or contradicts `end`.
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"end": {-1.0: "empty", 0.0: "in between", 1.0: "full"}}
 
     capacity: Param[Scalar, "m3", positive]  # maximum volume of liquid
     resistance: Param[Scalar, "Pa.s/m3", positive]  # flow resistance of the inlet

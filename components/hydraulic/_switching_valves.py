@@ -1,6 +1,7 @@
 """Valves that open and close by events, with exact corners and hysteresis, unlike the smooth valves."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -31,6 +32,8 @@ class IdealCheckValve(Resistance):
     at dp = cracking_pressure, where the valve switches by an event. `CheckValve` is its smooth counterpart.
     """
 
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"is_open": {0.0: "closed", 1.0: "open"}}
+
     conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure above the cracking pressure
     cracking_pressure: Param[Scalar, "Pa", nonnegative] = 2e4  # dp at which the valve opens
     leakage: Param[Scalar, "m3/(s.Pa)", nonnegative] = 0.0  # flow per pressure when closed
@@ -60,6 +63,8 @@ class SnapReliefValve(Resistance):
     Open: q = conductance dp. Closed: q = leakage dp. The flow jumps. If the relief flow is below
     conductance reseat_pressure, the valve cycles. `ReliefValve` is smooth and has no hysteresis.
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"is_open": {0.0: "closed", 1.0: "open"}}
 
     conductance: Param[Scalar, "m3/(s.Pa)", positive]  # flow per pressure when open
     cracking_pressure: Param[Scalar, "Pa", positive]  # dp at which the valve opens

@@ -43,6 +43,8 @@ class DryFriction(Component, partial=True):
     well above 1e-16 / J and well below 1 / J, where J is the moment of inertia that they hold.
     """
 
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": stick_slip.MODES}
+
     creep: Param[Scalar, "1/(kg.m2)", nonnegative] = stick_slip.CREEP  # relative acceleration per torque while stuck
     rest: Param[Scalar, "rad/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
     w: Var[Scalar, "rad/s", prefer] = 0.0  # relative speed

@@ -56,6 +56,8 @@ class LossyGear(Component):
     motions or none are possible, which can happen with eta2 < 0 and small inertias, the run fails with endless events.
     """
 
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": stick_slip.MODES}
+
     elsewhere: ClassVar[Mapping[str, str]] = {"lossTable": "losses"}
 
     ratio: Param[Scalar, "1", nonzero]  # turns of a for one turn of b

@@ -1,6 +1,7 @@
 """Rigid stops of a shaft."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -37,6 +38,8 @@ class HardStop(Component):
     If a stop and dry friction hold the shaft together, the stop carries the load because it does not creep. If two
     stops hold it, give one of them a `creep` of 1e-10 / (kg.m2).
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": _impact.MODES}
 
     phi_min: Param[Scalar, "rad", unbounded] = -jnp.inf  # angle of the lower stop
     phi_max: Param[Scalar, "rad", unbounded] = jnp.inf  # angle of the upper stop

@@ -43,6 +43,8 @@ class DryFriction(Component, partial=True):
     well above 1e-16 / m and well below 1 / m, where m is the mass that they hold.
     """
 
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": stick_slip.MODES}
+
     creep: Param[Scalar, "1/kg", nonnegative] = stick_slip.CREEP  # relative acceleration per force while stuck
     rest: Param[Scalar, "m/s", nonnegative] = stick_slip.REST  # relative speed that counts as rest
     v: Var[Scalar, "m/s", prefer] = 0.0  # relative speed

@@ -1,6 +1,7 @@
 """Rigid stops, and a mass that moves between them."""
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
@@ -40,6 +41,8 @@ class HardStop(Component):
     If a stop and dry friction hold the rod together, the stop carries the load because it does not creep. If two stops
     hold it, give one of them a `creep` of 1e-10 / kg.
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": _impact.MODES}
 
     s_min: Param[Scalar, "m", unbounded] = -jnp.inf  # position of the lower stop
     s_max: Param[Scalar, "m", unbounded] = jnp.inf  # position of the upper stop
@@ -89,6 +92,8 @@ class MassWithStopAndFriction(Component):
     F_prop v + sign(v) [F_Coulomb + F_Stribeck exp(-fexp |v|)] while sliding, and at most F_Coulomb + F_Stribeck while
     stuck. For the law of the stops see `HardStop`; MSL has a restitution of 0, which is the default here.
     """
+
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": stick_slip.MODES, "stopped": _impact.MODES}
 
     m: Param[Scalar, "kg", positive]  # mass
     s_min: Param[Scalar, "m", unbounded]  # position of the lower stop

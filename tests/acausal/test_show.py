@@ -217,7 +217,7 @@ def test_several_runs(charge: Solution[RC]) -> None:
         with pytest.raises(ModelError, match="takes a dictionary of one or more solutions, as in"):
             compare(runs)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ModelError, match=r"one by one, not in a list, got \['c.v'\]"):
-        charge.plot(["c.v"])  # pyright: ignore[reportArgumentType]
+        charge.to_pandas(["c.v"])  # pyright: ignore[reportArgumentType]
     _, ax = plt.subplots()
     with pytest.raises(ModelError, match="There are 2 panels to draw, but 1 axes were given"):
         compare({"slow": charge}, "c.v", "r.v", axes=ax)

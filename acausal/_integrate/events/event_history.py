@@ -18,9 +18,9 @@ class EventHistory(eqx.Module):
     """Event history of a run, as far as there is room for it.
 
     - `times`, `happened`: the moments with any event, infinite after the last one, and the events of each moment;
-      within transformations of jax, only listed events.
+      within transformations of jax, only logged events.
     - `n`: number of moments, including those without room.
-    - `count`: number of listed events.
+    - `count`: number of logged events.
     """
 
     times: Float[Array | np.ndarray, " room"]
@@ -34,7 +34,7 @@ class EventHistory(eqx.Module):
         none = jnp.asarray(0)
         return cls(jnp.full(room, jnp.inf), jnp.zeros((room, n_events), bool), none, none)
 
-    def noted(self, when: Numbers, happened: Array, is_listed: np.ndarray) -> "EventHistory":
+    def noted(self, when: Numbers, happened: Array, is_logged: np.ndarray) -> "EventHistory":
         """The history with the events of one more moment."""
         is_any = jnp.any(happened)
         # A mask instead of a scatter, with which XLA on CPU does not compile the loop of steps as one function.
@@ -43,7 +43,7 @@ class EventHistory(eqx.Module):
             jnp.where(is_new, when, self.times),
             jnp.where(is_new[:, None], happened, self.happened),
             self.n + is_any,
-            self.count + jnp.sum(happened & is_listed),
+            self.count + jnp.sum(happened & is_logged),
         )
 
     def followed_by(self, instant: "EventHistory", loop: Callable[..., Any]) -> "EventHistory":
@@ -68,21 +68,21 @@ class EventHistory(eqx.Module):
         _, times, happened = loop(goes_on, write, start, max_steps=len(instant.times), buffers=lambda carry: carry[1:])
         return EventHistory(times, happened, self.n + n, self.count + instant.count)
 
-    def listed(self, is_listed: np.ndarray, most: int) -> tuple[Array, Array]:
-        """The times of the first `most` listed events, and their numbers; infinite and -1 after the last one.
+    def logged(self, is_logged: np.ndarray, most: int) -> tuple[Array, Array]:
+        """The times of the logged events, and their numbers.
 
-        If the history is known (not traced), the arrays contain only the events that happened.
+        If the history is traced, the arrays have `most` rows, with infinity and -1 after the last event.
         """
         times, happened = known(self.times), known(self.happened)
         if times is not None and happened is not None and times.ndim == 1:
-            moments, numbers = np.nonzero(happened & is_listed)
-            return jnp.asarray(self.times)[moments[:most]], jnp.asarray(numbers[:most])
+            moments, numbers = np.nonzero(happened & is_logged)
+            return jnp.asarray(self.times)[moments], jnp.asarray(numbers)
         if jnp.ndim(self.times) > 1:
-            return jax.vmap(lambda history: history.listed(is_listed, most))(self)
-        fired = jnp.ravel(self.happened & is_listed)
+            return jax.vmap(lambda history: history.logged(is_logged, most))(self)
+        fired = jnp.ravel(self.happened & is_logged)
         # Events without room are written to an extra last row.
         places = jnp.where(fired, jnp.minimum(jnp.cumsum(fired) - 1, most), most)
-        numbers = jnp.tile(jnp.arange(len(is_listed)), len(self.times))
-        moments = jnp.repeat(self.times, len(is_listed))
+        numbers = jnp.tile(jnp.arange(len(is_logged)), len(self.times))
+        moments = jnp.repeat(self.times, len(is_logged))
         times = jnp.full(most + 1, jnp.inf).at[places].set(jnp.where(fired, moments, jnp.inf))
         return times[:most], jnp.full(most + 1, -1).at[places].set(jnp.where(fired, numbers, -1))[:most]

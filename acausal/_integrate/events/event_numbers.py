@@ -144,8 +144,13 @@ class EventNumbers:
 
     @ft.cached_property
     def is_listed(self) -> np.ndarray:
-        """Events that the event log lists."""
+        """Events with a name for users."""
         return self._of_entries(lambda entry: entry.is_listed)
+
+    @ft.cached_property
+    def is_logged(self) -> np.ndarray:
+        """Events that are rows of the event log: all listed ones except those that are periodic."""
+        return self._of_entries(lambda entry: entry.is_logged)
 
     @property
     def resets_times(self) -> bool:

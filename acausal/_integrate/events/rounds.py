@@ -125,11 +125,11 @@ class Iteration(NamedTuple):
         due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         happened = ((fired | listed) & ~events.follows)[: events.n_model]
-        is_listed = events.is_listed[: events.n_model]
-        # If the room for the history is limited, only listed events use it.
-        happened = happened if events.settings.save == "chunk" else happened & is_listed
-        history = r.history.noted(t, happened, is_listed)
-        is_first_listed = (r.history.count == 0) & (history.count > 0)
+        is_first_listed = jnp.any(happened & events.is_listed[: events.n_model]) & jnp.all(jnp.isinf(r.before[:1]))
+        is_logged = events.is_logged[: events.n_model]
+        # If the room for the history is limited, only logged events use it.
+        happened = happened if events.settings.save == "chunk" else happened & is_logged
+        history = r.history.noted(t, happened, is_logged)
         return Round(
             t=t,
             ys=jnp.stack([base, y]),

@@ -8,16 +8,20 @@ import jax
 import numpy as np
 from jax import Array
 
+from ..._declare.component import Component
+from ..._declare.fields import join
+from ..._declare.node import nodes_of
 from ..._errors import ModelError
 from ..._extras import DataFrame, Dataset, needed
-from ..._units.quantity import magnitude, quantity
+from ..._units.quantity import from_si, magnitude, quantity
 from ..setup.expressions import expression, shown_unit, unit_of_expression, varies
 
 if TYPE_CHECKING:
     from .solution import Solution
 
-# The path of a variable, a function of the variables, or a mapping from labels to paths and functions.
-Item: TypeAlias = str | Callable[[Any], Any] | Mapping[str, str | Callable[[Any], Any]]
+# A variable or an expression: the path of a variable, a function of the variables, or either with its unit.
+Quantity: TypeAlias = str | Callable[[Any], Any] | tuple[str | Callable[[Any], Any], str]
+Item: TypeAlias = Quantity | Mapping[str, Quantity]  # a mapping gives labels
 
 
 class Column(NamedTuple):
@@ -26,6 +30,7 @@ class Column(NamedTuple):
     label: str
     unit: str
     values: np.ndarray
+    names: Mapping[float, str] | None = None  # of the values of a discrete variable
 
 
 def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> list[Column]:
@@ -34,12 +39,12 @@ def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -
         raise ModelError("The solution is a batch: select one run with jax.tree_util.tree_map(lambda x: x[i], sol).")
     if isinstance(units, str):
         raise ModelError(f"units={units!r}: pass a list of units, as in units=[{units!r}].")
-    named = list(_named(items)) if items else [(name, name) for name in variables(solution)]
-    labels = Counter(label for label, _ in named)
+    named = list(_named(items)) if items else [(name, name, "") for name in variables(solution)]
+    labels = Counter(label for label, *_ in named)
     if twice := [label for label, count in labels.items() if count > 1]:
         raise ModelError(f"There are two columns {twice[0]!r}: label them, as in {{'power': lambda s: s.r.v * s.r.i}}.")
     leaves = jax.tree_util.tree_leaves(solution.values)
-    return [_column(solution, leaves, label, what, units) for label, what in named]
+    return [_column(solution, leaves, label, what, unit, units) for label, what, unit in named]
 
 
 def variables(solution: "Solution") -> list[str]:
@@ -50,14 +55,36 @@ def variables(solution: "Solution") -> list[str]:
     ]
 
 
-def _named(items: Sequence[Item]) -> Iterator[tuple[str, str | Callable[[Any], Any]]]:
+def named_modes(solution: "Solution") -> dict[str, Mapping[float, str]]:
+    """The discrete variables whose class names their values, by path, with these names."""
+    structure = solution.system.flat.structure
+    parts = [(path, type(part)) for path, part in nodes_of(structure.unflatten(range(structure.num_leaves)))]
+    return {
+        join(path, name): names
+        for path, cls in parts
+        if issubclass(cls, Component)
+        for name, names in cls.mode_names.items()
+        if join(path, name) in solution
+    }
+
+
+def _named(items: Sequence[Item]) -> Iterator[tuple[str, str | Callable[[Any], Any], str]]:
+    """The label, the path or function, and the wanted unit, if there is one, of each quantity."""
     for item in items:
         if isinstance(item, Mapping):
-            yield from item.items()
-        elif isinstance(item, list | tuple):
-            raise ModelError(f"Pass items one by one, not in a {type(item).__name__}, got {item!r}.")
+            yield from ((label, *_with_unit(quantity)) for label, quantity in item.items())
         else:
-            yield item if isinstance(item, str) else _name(item), item
+            what, unit = _with_unit(item)
+            yield what if isinstance(what, str) else _name(what), what, unit
+
+
+def _with_unit(item: object) -> tuple[Any, str]:
+    what, unit = item if isinstance(item, tuple) and len(item) == 2 else (item, "")
+    if isinstance(what, list):
+        raise ModelError(f"Pass items one by one, not in a list, got {what!r}.")
+    if isinstance(what, tuple) or not isinstance(unit, str):
+        raise ModelError(f"An item is a path or a function, or a pair of one and its unit, got {item!r}.")
+    return what, unit
 
 
 def _name(function: Callable[[Any], Any]) -> str:
@@ -66,7 +93,12 @@ def _name(function: Callable[[Any], Any]) -> str:
 
 
 def _column(
-    solution: "Solution", leaves: list[Array], label: str, what: str | Callable[[Any], Any], units: Sequence[str]
+    solution: "Solution",
+    leaves: list[Array],
+    label: str,
+    what: str | Callable[[Any], Any],
+    wanted: str,
+    units: Sequence[str],
 ) -> Column:
     flat, times = solution.system.flat, np.shape(solution.ts)
     if isinstance(what, str):
@@ -74,9 +106,13 @@ def _column(
         values = values if varies(flat, solution._place(what)[0]) else np.broadcast_to(values, times + np.shape(values))
     else:
         values, unit = expression(flat, leaves, times, what), unit_of_expression(what, flat)
-    wanted = shown_unit(unit, units)
-    values = np.asarray(values)
-    return Column(label, wanted, values if wanted == unit else magnitude(quantity(values, unit), wanted, label))
+    values, shown = np.asarray(values), wanted or shown_unit(unit, units)
+    if shown == unit:
+        return Column(label, shown, values, named_modes(solution).get(what) if isinstance(what, str) else None)
+    # A quantity without a known unit is in SI units.
+    return Column(
+        label, shown, magnitude(quantity(values, unit), shown, label) if unit else from_si(values, shown, label)
+    )
 
 
 def to_pandas(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> DataFrame:
@@ -94,7 +130,7 @@ def to_xarray(solution: "Solution", items: Sequence[Item], units: Sequence[str])
     """See `Solution.to_xarray`."""
     xr = needed("xarray", "tables", "to_xarray()")
     found = {}
-    for label, unit, values in columns(solution, items, units):
+    for label, unit, values, _ in columns(solution, items, units):
         if label == "t":
             raise ModelError("A column 't' has the name of the time axis: label it, as in {'time': 't'}.")
         dims = ["t", *(f"{label}_{i}" for i in range(values.ndim - 1))]

@@ -155,11 +155,13 @@ def _lost(solution: "Solution") -> jax.Array:
     is_listed = np.array([entry.is_listed for entry in events.members], bool)
 
     def by_event(moments: jax.Array, lost: jax.Array, times: jax.Array, happened: jax.Array) -> jax.Array:
-        # An extra row for missing moments: there may be no events, or too many for a traced history.
+        # An extra row for missing moments: there may be no events, or too many for a traced history, which also lacks
+        # periodic events. Most of these lose nothing.
         times, happened = jnp.append(times, jnp.inf), jnp.pad(happened, ((0, 1), (0, 0)))
         rows = jnp.minimum(jnp.searchsorted(times, moments), len(times) - 1)
         first = jnp.argmax(happened[rows] & is_listed, axis=1)
-        taken = jnp.where(jnp.isfinite(moments) & (times[rows] != moments), jnp.nan, lost)
+        is_missing = jnp.isfinite(moments) & (times[rows] != moments)
+        taken = jnp.where(is_missing & (lost != 0.0), jnp.nan, lost)
         return jnp.zeros(len(is_listed)).at[first].add(taken)
 
     moments = solution._forward[..., None] * record.moments

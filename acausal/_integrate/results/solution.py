@@ -27,6 +27,7 @@ from ..._numbers import Numbers, Scalar
 from ..._report import report
 from ..._save_load import described
 from ..._tracing import is_traced, known
+from ..._unit_check.signal_units import signal_units
 from ..events.event_history import EventHistory
 from ..loop.carry import StepRecord
 from ..loop.peaks import Peak
@@ -181,8 +182,7 @@ class Solution(eqx.Module, Generic[M]):
         events = self.system.events
         if self._history is None or events is None:
             return EventLog.empty(jnp.shape(self.t1))
-        is_listed = np.array([entry.is_listed for entry in events.members], bool)
-        return EventLog.of(self._history, events.labels, is_listed, int(dict(self._choices)["max_events"] or 0))
+        return EventLog.from_history(self._history, events, int(dict(self._choices)["max_events"] or 0))
 
     @property
     def unresolved(self) -> dict[str, float]:
@@ -330,8 +330,11 @@ class Solution(eqx.Module, Generic[M]):
         return self.keys()
 
     def unit(self, name: str) -> str:
-        """The unit of a variable or parameter; "" for a signal, which has no declared unit."""
-        return self.system.flat.leaves[self._place(name)[0]].declaration.unit
+        """The unit of a variable or parameter. A signal has that of the sensor or the source to which it is connected,
+        or "" if none has a unit.
+        """
+        leaf = self._place(name)[0]
+        return self.system.flat.leaves[leaf].declaration.unit or signal_units(self.system.flat).get(leaf, "")
 
     @property
     def options(self) -> dict[str, object]:
@@ -368,14 +371,24 @@ class Solution(eqx.Module, Generic[M]):
         return to_xarray(self, items, units)
 
     def plot(
-        self, *items: Item, units: Sequence[str] = (), events: bool = True, axes: Panels | None = None
+        self,
+        *items: Item | list[Item],
+        units: Sequence[str] = (),
+        events: bool | str | Sequence[str] = True,
+        axes: Panels | None = None,
     ) -> np.ndarray:
         """Draw variables over time, one panel for each unit; returns the matplotlib axes.
 
-        - `items`: paths, scalar functions of the variables, or a dictionary of both by label, such as
-          `{"shaft power": lambda s: s.load.w * s.spring.tau}`; without items, the states.
+        A list of items is a panel of its own, as in `plot(["target.y.value", "load.a.s"], "load.v")`. In it, signals
+        without a known unit have that of the others.
+
+        - `items`: paths, scalar functions of the variables, either with its unit, as in `("load.a.s", "mm")`, or a
+          dictionary of these by label, such as `{"shaft power": lambda s: s.load.w * s.spring.tau}`. Discrete variables
+          whose class names their values, such as those of friction and stops, are bands in a panel of their own.
+          Without items: the states, and those of these variables that change.
         - `units`: units for the variables of their dimension, such as `["rpm", "bar"]`; the others are in SI.
-        - `events`: whether dotted lines mark the times of events.
+        - `events`: whether dotted lines mark the times of events that are not periodic, or the names of the parts or
+          the kinds of events to mark, such as "brake" or ["stick", "impact"].
         """
         from .solution_plot import plot_solution
 

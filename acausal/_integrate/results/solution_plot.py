@@ -7,33 +7,72 @@ import numpy as np
 
 from ..._errors import ModelError
 from ..._extras import Axes, Panels, panels
-from .columns import Column, Item, columns
+from ..._units.quantity import from_si
+from .columns import Column, Item, columns, named_modes
+from .mode_plot import draw_modes
 from .solution import Solution
+
+Events = bool | str | Sequence[str]  # whether to mark events, or the names of parts and kinds of those to mark
 
 
 def plot_solution(
-    solution: Solution, items: Sequence[Item], units: Sequence[str], events: bool, axes: Panels | None
+    solution: Solution,
+    items: Sequence[Item | list[Item]],
+    units: Sequence[str],
+    events: Events,
+    axes: Panels | None,
 ) -> np.ndarray:
-    """Draws one panel for each unit; see `Solution.plot`."""
-    found = columns(solution, items or _states(solution), units)
-    panels = list(dict.fromkeys(column.unit for column in found))
-    axes = axes_below(axes, len(panels))
-    for ax, panel in zip(axes, panels, strict=True):
-        for column in found:
-            if column.unit == panel:
-                _draw(ax, solution, column, column.label)
-        ax.set_ylabel(f"[{panel}]" if panel else "")
+    """Draws one panel for each unit or list, and one for modes; see `Solution.plot`."""
+    single = [item for item in items if not isinstance(item, list)]
+    found = columns(solution, single if items else _states(solution), units) if single or not items else []
+    modes = [column for column in found if column.names] + ([] if items else _changing_modes(solution))
+    lines = [column for column in found if not column.names]
+    panels: dict[str, list[Column]] = {}
+    for column in lines:
+        panels.setdefault(column.unit, []).append(column)
+    together = [_in_one_unit(columns(solution, item, units)) for item in items if isinstance(item, list)]
+    every = [*together, *panels.values()]
+    axes = axes_below(axes, len(every) + bool(modes))
+    for ax, panel in zip(axes, every, strict=False):
+        for column in panel:
+            _draw(ax, solution, column, column.label)
+        ax.set_ylabel(f"[{panel[0].unit}]" if panel[0].unit else "")
         ax.legend(loc="best", fontsize="small", frameon=False)
-    if events:
-        _mark_events(axes, solution, "black")
+    if modes:
+        draw_modes(axes[-1], np.asarray(solution.ts), modes)
+    if events is not False:
+        _mark_events(axes, solution, "black", events)
     return axes
+
+
+def _in_one_unit(panel: list[Column]) -> list[Column]:
+    """The columns of one panel. Those without a known unit, such as a setpoint, take that of the others."""
+    units = list(dict.fromkeys(column.unit for column in panel if column.unit))
+    if not panel or len(units) > 1:
+        raise ModelError(
+            f"A list of items is one panel, so they have one unit, got {', '.join(units) or 'an empty list'}. Remedy: "
+            "give units, as in ('load.w', 'rpm'), or several lists."
+        )
+    return [
+        column
+        if column.unit or not units
+        else column._replace(unit=units[0], values=from_si(column.values, units[0], column.label))
+        for column in panel
+    ]
+
+
+def _changing_modes(solution: Solution) -> list[Column]:
+    """The discrete variables with names of their values that change during the run."""
+    paths = named_modes(solution)
+    found = columns(solution, list(paths), ()) if paths else []
+    return [column for column in found if np.ptp(column.values)]
 
 
 def compare(
     runs: Mapping[str, Solution],
     *items: Item,
     units: Sequence[str] = (),
-    events: bool = False,
+    events: Events = False,
     axes: Panels | None = None,
 ) -> np.ndarray:
     """Overlay several runs, one panel for each variable or expression; returns the matplotlib axes.
@@ -56,8 +95,8 @@ def compare(
         for ax, column in zip(axes, those, strict=True):
             _draw(ax, runs[name], column, name, color=f"C{number}")
             ax.set_ylabel(f"{column.label}\n[{column.unit}]" if column.unit else column.label)
-        if events:
-            _mark_events(axes, runs[name], f"C{number}")
+        if events is not False:
+            _mark_events(axes, runs[name], f"C{number}", events)
     axes[0].legend(loc="best", fontsize="small", frameon=False)
     return axes
 
@@ -87,8 +126,12 @@ def _draw(ax: Axes, solution: Solution, column: Column, label: str, **style: Any
         ax.plot(times, values[(slice(None), *place)], label=f"{label}{number}", **style)
 
 
-def _mark_events(axes: np.ndarray, solution: Solution, colour: str) -> None:
-    if solution.system.events is not None:
-        for ax in axes:
-            for time in np.asarray(solution.events.times).tolist():
-                ax.axvline(time, color=colour, linewidth=0.6, linestyle=":", alpha=0.6, zorder=0)
+def _mark_events(axes: np.ndarray, solution: Solution, colour: str, events: Events) -> None:
+    if solution.system.events is None:
+        return
+    log = solution.events
+    if not isinstance(events, bool):
+        log = log.of(*([events] if isinstance(events, str) else events))
+    times, style = np.asarray(log.times), {"linewidth": 0.6, "linestyle": ":", "alpha": 0.6, "zorder": 0}
+    for ax in axes:
+        ax.vlines(times, 0.0, 1.0, color=colour, transform=ax.get_xaxis_transform(), **style)

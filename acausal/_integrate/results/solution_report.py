@@ -17,6 +17,7 @@ from .energy import EnergyAccount
 from .event_log import EventLog
 from .solution import Solution
 
+ROWS = 500  # maximum number of events in a report
 TIMES = ("t0", "t1", "dt0", "dtmin", "dtmax")  # options in seconds
 
 
@@ -66,8 +67,11 @@ def _unit(solution: Solution[Any], name: str) -> str:
 
 def event_table(log: EventLog) -> Table:
     """The events of a single run."""
-    times = np.asarray(log.times).tolist()
-    return Table(("time [s]", "event"), [(f"{t:.9g}", name) for t, name in zip(times, log.names, strict=False)])
+    times = np.asarray(log.times)[:ROWS].tolist()
+    rows = [(f"{t:.9g}", name) for t, name in zip(times, log.names[:ROWS], strict=False)]
+    rows += [("...", f"and {len(log) - ROWS} more")] if len(log) > ROWS else []
+    ticks = [(f"{tick.first:.9g} to {tick.last:.9g}", f"{tick.label}, {tick.count} times") for tick in log.ticks]
+    return Table(("time [s]", "event"), [*rows, *ticks])
 
 
 def _account(solution: Solution[Any]) -> EnergyAccount | None:
@@ -99,7 +103,7 @@ def _number(value: object) -> str:
 def _variables(solution: Solution[Any]) -> Table:
     """Values at the first and the last saved time, and the smallest and the largest of all, for each variable."""
     rows = []
-    for label, unit, values in columns(solution, (), ()):
+    for label, unit, values, _ in columns(solution, (), ()):
         ends = (values[0], values[-1], np.min(values, axis=0), np.max(values, axis=0))
         rows.append((label, *(with_unit(value, "") for value in ends), unit or "-"))
     times = np.asarray(solution.ts)

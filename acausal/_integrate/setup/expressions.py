@@ -6,11 +6,11 @@ import jax
 from jax import Array
 from jaxtyping import PyTree
 
-from ..._declare.annotations import Declaration
 from ..._errors import ModelError
 from ..._numbers import Numbers
 from ..._reduce.flat_model import FlatModel
 from ..._unit_check.interpret import Interpreter
+from ..._unit_check.signal_units import signal_units
 from ..._unit_check.values import Value, constant
 from ..._units.dimension import DERIVED, NUMBER
 from ..._units.parsing import UnknownUnit, parsed
@@ -33,32 +33,35 @@ def varies(flat: FlatModel, leaf: int) -> bool:
     return flat.leaves[leaf].declaration.role != "param" or flat.leaves[leaf].stack != ()
 
 
-def _traced(function: Callable[..., PyTree], flat: FlatModel) -> tuple[UserFunction, list[Numbers]]:
-    quantity, constants = trace(function, flat, "An expression")
+def _traced(
+    function: Callable[..., PyTree], flat: FlatModel, what: str = "An expression"
+) -> tuple[UserFunction, list[Numbers]]:
+    quantity, constants = trace(function, flat, what)
     if quantity.n_outputs != 1:
-        raise ModelError(f"An expression must be one real number, but this one returned {quantity.n_outputs}.")
+        raise ModelError(f"{what} must be one real number, but this one returned {quantity.n_outputs}.")
     return quantity, constants
 
 
-def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel) -> str:
-    """The SI unit of a function of the variables, or "" if the unit cannot be inferred."""
-    quantity, constants = _traced(function, flat)
-    declared = [flat.leaves[i].declaration for i in quantity.leaves]
+def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel, what: str = "An expression") -> str:
+    """The SI unit of a function of the variables, or "" if the unit cannot be inferred. `what` names it in errors."""
+    quantity, constants = _traced(function, flat, what)
+    signals = signal_units(flat)
+    units = [flat.leaves[i].declaration.unit or signals.get(i, "") for i in quantity.leaves]
     interpreter = Interpreter()
     (result,) = interpreter.interpret(
-        quantity.closed, [constant(c) for c in constants] + [_value(one) for one in declared]
+        quantity.closed, [constant(c) for c in constants] + [_value(unit) for unit in units]
     )
     if interpreter.problems or result.dimension is None:
         return ""
     # A dimension may have several units, such as rad/s and 1/s. The result takes the unit of the variables in the
     # expression. If these have several units of this dimension, or none, it takes the name of the dimension.
-    same = {one.unit for one in declared if one.unit and parsed(one.unit).dimension == result.dimension}
+    same = {unit for unit in units if unit and parsed(unit).dimension == result.dimension}
     named = "1" if result.dimension == NUMBER else DERIVED.get(result.dimension, str(result.dimension))
     return same.pop() if len(same) == 1 else named
 
 
-def _value(declaration: Declaration) -> Value:
-    return Value(parsed(declaration.unit).dimension if declaration.unit else None, "", unit=declaration.unit or None)
+def _value(unit: str) -> Value:
+    return Value(parsed(unit).dimension if unit else None, "", unit=unit or None)
 
 
 def shown_unit(unit: str, wanted: Sequence[str]) -> str:

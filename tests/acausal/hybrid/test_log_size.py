@@ -60,7 +60,7 @@ def test_a_longer_log_makes_no_step_dearer() -> None:
 
 
 class Switching(Component):
-    """An `ifelse` that changes twice a second, and a clock."""
+    """An `ifelse` that changes twice a second, and events at known times."""
 
     n: Discrete[Scalar, "1"] = 0.0
     x: Var[Scalar, "1"] = 0.0
@@ -76,7 +76,7 @@ class Switching(Component):
         )
 
     def events(self) -> Events:
-        return dict(tick=at(1.2, every=1.0, n=self.n + 1.0))
+        return dict(step=at(jnp.array([1.2, 2.2, 3.2]), n=self.n + 1.0))
 
 
 @pytest.mark.thorough
