@@ -42,3 +42,21 @@ def _parameters(cls: type) -> dict[str, bool] | None:
     if any(parameter.kind is not inspect.Parameter.KEYWORD_ONLY for parameter in found):
         return None
     return {parameter.name: parameter.default is inspect.Parameter.empty for parameter in found}
+
+
+def argument_names(cls: type) -> frozenset[str]:
+    """The names of the arguments of a constructor."""
+    return frozenset(_parameters(cls) or ())
+
+
+_GIVEN = "given_arguments"
+
+
+def remember_arguments(node: object, arguments: Mapping[str, object]) -> None:
+    """Keep the constructor arguments beside the fields of a node. Transformations of jax do not keep them."""
+    object.__setattr__(node, _GIVEN, dict(arguments))
+
+
+def given_arguments(node: object) -> Mapping[str, object] | None:
+    """The arguments with which a node was built; None if they are lost."""
+    return vars(node).get(_GIVEN)

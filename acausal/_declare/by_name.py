@@ -1,15 +1,17 @@
 """Parameters of a model by name."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, TypeVar
+from typing import Any, TypeVar, cast
 
 import jax
 
 from .._errors import ModelError, ParameterError, UnitError, suggestion
 from .._units.parsing import UnknownUnit, parsed, quotient
 from .annotations import Declaration
+from .arguments import argument_names
 from .array import Array
 from .component import Component
+from .constructed import with_arguments, with_nodes
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
 from .layout import determined_names, rebuilt, with_determined
@@ -67,23 +69,30 @@ def parameters(model: Component, of: str | None = None) -> Parameters:
 def replace(model: M, values: Mapping[str, object]) -> M:
     """A copy of the model with other parameters or start values, by path: `replace(model, {"gearbox.ratio": 5.0})`.
 
-    None removes a start value.
+    None removes a start value. A path can also name a part, as in `replace(model, {"controller": notch})`, a static
+    field, as in `{"line.n": 20}`, or a constructor argument from which a component computes its parameters, such as
+    `{"valve.rated_flow": 4e-4}`. The component is then built anew.
 
     Raises `ModelError` for an unknown name. Raises `ParameterError` for a value that the constructor of its component
     would refuse; a run checks the relations between parameters of a member of an array.
     """
-    known = {leaf.path for leaf in leaves_of(model)}
     if not isinstance(values, Mapping):
         raise ModelError(f"replace(model, values) takes a dictionary by path, got {values!r}.")
     structural = {
         join(path, own) for path, node in nodes_of(model) for own in getattr(type(node), "structural_names", ())
     }
+    for name in structural.intersection(map(str, values)):
+        raise ParameterError(
+            f"{name} is fixed: the structure of the Modelica model may depend on it. Load the model with a modifier for "
+            "it."
+        )
+    known = {leaf.path for leaf in leaves_of(model)}
+    others = {str(name): value for name, value in values.items() if name not in known}
+    if others:
+        model = _with_others(model, others)
+        values = {name: value for name, value in values.items() if name not in others}
+        known = {leaf.path for leaf in leaves_of(model)}
     for name in map(str, values):
-        if name in structural:
-            raise ParameterError(
-                f"{name} is fixed: the structure of the Modelica model may depend on it. "
-                "Load the model with a modifier for it."
-            )
         if name not in known:
             raise ModelError(f"The model has no parameter or start value {name!r}.{suggestion(name, known)}")
 
@@ -98,8 +107,31 @@ def replace(model: M, values: Mapping[str, object]) -> M:
             "modifier for this one."
         )
     changed = with_determined(rebuilt(model, new))
-    _check(changed, "", list(values))
+    _check(changed, "", [*values, *others])
     return changed
+
+
+def _with_others(model: M, values: Mapping[str, object]) -> M:
+    """A model with other parts, static fields and constructor arguments, by path."""
+    nodes = dict(nodes_of(model))
+    parts: dict[str, Node] = {}
+    arguments: dict[str, dict[str, object]] = {}
+    for path, value in values.items():
+        above, _, name = path.rpartition(".")
+        if path in nodes and path:
+            if not isinstance(value, Node):
+                raise ModelError(f"{path} is a {type(nodes[path]).__name__}: replace it by a component, got {value!r}.")
+            parts[path] = value
+        elif above in nodes and name in argument_names(type(nodes[above])):
+            arguments.setdefault(above, {})[name] = value
+        else:
+            arguments_here = argument_names(type(nodes[above])) if above in nodes else ()
+            known = [leaf.path for leaf in leaves_of(model)] + [join(above, other) for other in arguments_here]
+            raise ModelError(f"The model has no parameter or start value {path!r}.{suggestion(path, known)}")
+    made = {path: with_arguments(nodes[path], changes, path) for path, changes in arguments.items()}
+    if "" in made:
+        model, made = cast(M, made[""]), {path: node for path, node in made.items() if path}
+    return with_nodes(model, {**made, **parts})
 
 
 def _check(node: Node, path: str, names: Iterable[str], *, is_stacked: bool = False) -> None:

@@ -15,7 +15,7 @@ import numpy as np
 from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, listed, suggestion
 from .._numbers import Scalar
 from .annotations import Declaration, declared
-from .arguments import check_arguments, known_here
+from .arguments import argument_names, check_arguments, known_here, remember_arguments
 from .class_help import OwnText, attributes, class_text, html_method, plain_signature
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
@@ -76,7 +76,10 @@ class NodeMeta(type(eqx.Module)):
             if cls._partial:
                 raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
             check_arguments(cls, args, kwargs)
-            return super().__call__(*args, **kwargs)
+            made = super().__call__(*args, **kwargs)
+            if argument_names(cls) != {field.name for field in dataclasses.fields(cls) if field.init}:
+                remember_arguments(made, kwargs)
+            return made
 
     def __new__(mcs, name: str, bases: tuple[type, ...], namespace: dict[str, Any], *, partial: bool = False):
         if namespace.get("__module__") != __name__:
@@ -149,14 +152,16 @@ def _field(owner: str, name: str, annotation: Any, default: object) -> object:
     where = f"{owner}.{name}"
     declaration = declared(annotation, where)
     if isinstance(default, dataclasses.Field):
+        default.kw_only = True
         return default
     if declaration is None and not _holds_parts(annotation):
         return eqx.field(static=True, kw_only=True, default=default, converter=plain_number(annotation))
     if declaration is None:
         if isinstance(default, Node) and any(leaf.declaration.role == "param" for leaf in leaves_of(default)):
             raise ModelError(
-                f"{where} has a default with parameters. Create it in the constructor of the component, so that its "
-                "numbers are 64-bit and each component has its own."
+                f"{where} has a default with parameters. Create it in the constructor of the component, or give a "
+                "function, as in `dataclasses.field(default_factory=lambda: Gain(k=1.0))`, so that its numbers are "
+                "64-bit and each component has its own."
             )
         return eqx.field(kw_only=True, default=default)
     if declaration.role != "param" and declaration.sizes is None:

@@ -88,17 +88,25 @@ def test_a_spline_over_other_angles_is_another_one() -> None:
     assert "coefficients" not in said(scaled)
 
 
-def test_start_values_of_a_pipe_have_names_of_their_own() -> None:
-    """`p` of the constructor is that of all nodes, and no variable."""
-    with pytest.raises(ModelError, match="no parameter or start value 'p'"):
-        replace(PIPE, {"p": 2e6})
-    np.testing.assert_array_equal(PIPE.p, np.full(5, 1e6))
+def test_arguments_of_constructors_are_replaced() -> None:
+    """`p` of a pipe is that of all nodes, and no variable; the number of segments changes the start values, too."""
+    np.testing.assert_array_equal(replace(PIPE, {"p": 2e6}).p, np.full(5, 2e6))
+    np.testing.assert_array_equal(replace(PIPE, {"n": 2}).p, np.full(3, 1e6))
     changed = replace(PIPE, {"p_a": 3e6, "p_inner": 2e6, "p_b": 1e6})
     np.testing.assert_array_equal(jnp.broadcast_to(changed.p_inner, 3), np.full(3, 2e6))
+    with pytest.raises(ParameterError, match=r"n determines p_inner, which was set since\. Set n first\."):
+        replace(changed, {"n": 2})
     for fixed, name in ((translational.Fixed(s0=1.0), "s0"), (rotational.Fixed(phi0=1.0), "phi0")):
-        with pytest.raises(ModelError, match=f"no parameter or start value '{name}'"):
-            replace(fixed, {name: 2.0})
-        assert float(parameters(replace(fixed, {f"place.{name}": 2.0}))[f"place.{name}"]) == 2.0
+        for path in (name, f"place.{name}"):
+            assert float(parameters(replace(fixed, {path: 2.0}))[f"place.{name}"]) == 2.0
+
+
+def test_a_traced_model_does_not_know_its_arguments() -> None:
+    mass = translational.Fixed(s0=1.0)
+    with pytest.raises(ModelError, match=r"s0: the constructor computes .* Replace it before"):
+        jax.jit(lambda model: replace(model, {"s0": 2.0}))(mass)
+    slope = jax.grad(lambda s0: parameters(replace(mass, {"s0": s0}))["place.s0"])(3.0)
+    assert float(slope) == 1.0
 
 
 @pytest.mark.thorough

@@ -7,9 +7,24 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Array, Component, ModelError, Param, ParameterError, Record, Scalar, Var, Vector, quantity, stack
-from acausal.design import free_parameters
+from acausal import (
+    Array,
+    Component,
+    ModelError,
+    Param,
+    ParameterError,
+    Record,
+    Scalar,
+    Var,
+    Vector,
+    parameters,
+    quantity,
+    stack,
+)
+from acausal.design import free_parameters, optimise
 from acausal.design._problem.limits import limits_of
+from components.electrical import DCMotor
+from components.hydraulic import Pipe, iso_vg_46
 
 
 class Table(Record):
@@ -153,3 +168,23 @@ def test_what_is_shared_starts_from_one_value() -> None:
     model = Rig(a=source(bore=0.02), b=source(bore=0.03))
     with pytest.raises(ParameterError, match=r"must start from the same one: a\.bore = 20 mm, b\.bore = 30 mm"):
         free_parameters(model, {("a.bore", "b.bore"): (0.01, 0.05)})
+
+
+def test_constructor_arguments_are_free() -> None:
+    """They have the unit of the parameter that they are; several arguments of one component change together."""
+    motor = DCMotor(R=0.3, L=1e-4, k=0.04, J=1e-5)
+    free = free_parameters(motor, {"R": ("0.1 ohm", "2 ohm"), "J": (1e-6, 1e-4), "emf.k": (0.01, 0.1)})
+    assert free.units == ("ohm", "kg.m2", "N.m/A")
+    np.testing.assert_allclose(free.values(motor), [0.3, 1e-5, 0.04])
+    changed = jax.jit(lambda x: free.with_values(motor, x))(np.array([1.0, 2e-5, 0.05]))
+    found = parameters(changed)
+    np.testing.assert_allclose([found["resistor.R"], found["rotor.J"], found["emf.k"]], [1.0, 2e-5, 0.05])
+    np.testing.assert_allclose(found["inductor.L"], 1e-4)
+    design = optimise(motor, {"R": (0.1, 2.0)}, {"cost": lambda m: (m.resistor.R - 0.7) ** 2}, sensitivities=False)
+    assert design.values["R"] == pytest.approx(0.7, rel=1e-6)
+
+
+def test_arguments_of_which_a_constructor_needs_the_value_are_not_free() -> None:
+    pipe = Pipe(n=3, length=1.0, diameter=0.01, liquid=iso_vg_46(temperature=313.15), p=1e5)
+    with pytest.raises(ModelError, match="n cannot be varied: the constructor of Pipe needs its value"):
+        free_parameters(pipe, {"n": (2, 5)})

@@ -132,7 +132,9 @@ def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) ->
     gradient = task.evaluator.sensitivity(design.x, weights)
     slopes = {leaf.path: leaf.value for leaf in leaves_of(gradient)}
     free = {(place.path, place.element) for variable in problem.free.variables for place in variable.places}
-    rows, others = [], determined_names(problem.model)
+    built = [place for variable in problem.free.variables for place in variable.places if place.built is not None]
+    others = set(determined_names(problem.model)).union(*(place.determined for place in built))
+    rows = []
     for leaf in leaves_of(problem.model):
         if leaf.declaration.role != "param" or leaf.path in others or slopes[leaf.path] is None:
             continue

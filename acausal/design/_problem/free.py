@@ -11,9 +11,11 @@ from jaxtyping import Float
 
 from ..._declare.by_name import replace
 from ..._declare.component import Component
+from ..._declare.fields import join
 from ..._declare.node import leaves_of
 from ..._errors import ModelError, ParameterError, suggestion
 from ..._units.display import Scale
+from .built import Built
 from .parse import number_in
 
 M = TypeVar("M", bound=Component)
@@ -22,15 +24,24 @@ DECADE = 10.0  # ratio of the bounds above which a variable is scaled logarithmi
 
 
 class Place(NamedTuple):
-    """Location of a number in a model: the path of a parameter or start value, and the indices of an element."""
+    """Location of a number in a model: the path of a parameter or start value, and the indices of an element; or that
+    of a constructor argument, and the component that is built with it.
+    """
 
     path: str
     element: tuple[int, ...] | None = None
+    built: Built | None = None
 
     @property
     def name(self) -> str:
         """The path, with the indices of an element."""
         return self.path if self.element is None else f"{self.path}[{','.join(map(str, self.element))}]"
+
+    @property
+    def determined(self) -> set[str]:
+        """The paths of the parameters that a constructor argument determines."""
+        above, _, name = self.path.rpartition(".")
+        return set() if self.built is None else {join(above, path) for path in self.built.determined[name]}
 
 
 class Variable(NamedTuple):
@@ -186,14 +197,22 @@ def with_numbers(model: M, places: Iterable[Sequence[Place]], x: FloatVector | S
     """A copy of the model with other values, each at one or several places."""
     leaves = {leaf.path: leaf.value for leaf in leaves_of(model)}
     changed: dict[str, object] = {}
+    arguments: dict[Built, dict[str, Any]] = {}
     for own, value in zip(places, x, strict=True):
-        for path, index in own:
+        for path, index, built in own:
+            if built is not None:
+                arguments.setdefault(built, {})[path.rpartition(".")[2]] = value
+                continue
             whole = changed.get(path, leaves[path])
             changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
+    for built, given in arguments.items():
+        changed = built.leaves(given) | changed
     return replace(model, changed)
 
 
 def number_at(leaves: Mapping[str, Any], place: Place) -> float:
+    if place.built is not None:
+        return place.built.values[place.path.rpartition(".")[2]]
     value = leaves[place.path]
     return float(value if place.element is None else value[place.element])
 

@@ -12,6 +12,7 @@ from ..._declare.component import Component
 from ..._declare.node import Leaf, leaves_of
 from ..._errors import ModelError, ParameterError, suggestion
 from ..._units.display import Scale, scale_of
+from .built import Built, built_parts
 from .free import Free, Place, Variable, number_at, span_text
 from .parse import number_in
 from .types import ByPath, Key
@@ -24,8 +25,9 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
     """The free parameters named by a mapping.
 
     A key is the path of a parameter or of a given start value, such as `"gearbox.ratio"`, the path of an array element,
-    such as `"table.y[3]"`, or a tuple of paths that share one value. The path of a whole array adds one variable per
-    element. A value is a pair of bounds: numbers in the declared unit, quantities, or texts such as `"15 mm"`. None
+    such as `"table.y[3]"`, that of a constructor argument, such as `"motor.R"`, or a tuple of paths that share one
+    value. The path of a whole array adds one variable per element. A value is a pair of bounds: numbers in the declared
+    unit, quantities, or texts such as `"15 mm"`. None
     means no bound, or no bounds instead of the pair. The start is the value in the model. The elements of an array that
     lack a bound share one size, that of the largest.
 
@@ -35,7 +37,12 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
     if not isinstance(free, Mapping) or not free:
         raise ModelError(f"Name at least one free parameter, as in {{'gearbox.ratio': (2.0, 20.0)}}; got {free!r}.")
     known = {leaf.path: leaf for leaf in leaves_of(model)}
-    found = Free(tuple(itertools.chain.from_iterable(_variables(known, key, bounds) for key, bounds in free.items())))
+    paths = {path for key in free for path in (key if isinstance(key, tuple) else (key,)) if isinstance(path, str)}
+    parts = built_parts(model, paths - known.keys())
+    known |= {path: _argument(path, built) for path, built in parts.items()}
+    found = Free(
+        tuple(itertools.chain.from_iterable(_variables(known, parts, key, bounds) for key, bounds in free.items()))
+    )
     seen: set[Place] = set()
     for place in (place for variable in found.variables for place in variable.places):
         if place in seen:
@@ -54,11 +61,11 @@ def single_parameters(model: Component, keys: Iterable[Key], what: str) -> Free:
     return free
 
 
-def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[Variable]:
+def _variables(known: Mapping[str, Leaf], parts: Mapping[str, Built], key: Any, bounds: object) -> Iterator[Variable]:
     paths = key if isinstance(key, tuple) else (key,)
     if not paths or not all(isinstance(path, str) for path in paths):
         raise ModelError(f"A free parameter is named by its path, or by a tuple of paths that share it; got {key!r}.")
-    columns = [_places(known, path) for path in paths]
+    columns = [[Place(path, None, parts[path])] if path in parts else _places(known, path) for path in paths]
     if len({len(column) for column in columns}) > 1:
         sizes = ", ".join(f"{path} ({len(column)})" for path, column in zip(paths, columns, strict=True))
         raise ModelError(f"Paths that share values must have equally many: {sizes}.")
@@ -69,6 +76,12 @@ def _variables(known: Mapping[str, Leaf], key: Any, bounds: object) -> Iterator[
     limits = _limits(bounds, units.pop(), name, len(columns[0]))
     for places, (low, high, scale) in zip(zip(*columns, strict=True), limits, strict=True):
         yield _variable(known, places, low, high, scale)
+
+
+def _argument(path: str, built: Built) -> Leaf:
+    """A constructor argument as a parameter without a declared range."""
+    name = path.rpartition(".")[2]
+    return Leaf(path, Declaration("param", built.units[name], is_unbounded=True), built.values[name], ())
 
 
 def _places(known: Mapping[str, Leaf], path: str) -> list[Place]:

@@ -54,7 +54,7 @@ class JointDistribution:
         box = np.array([marginal.box(sigmas) for marginal in self.marginals])
         declarations = {leaf.path: leaf.declaration for leaf in leaves_of(model)}
         for variable, ends in zip(self.free.variables, box, strict=True):
-            for declaration in (declarations[place.path] for place in variable.places):
+            for declaration in (declarations[place.path] for place in variable.places if place.built is None):
                 if not np.all(declaration.admits(ends)):
                     raise ParameterError(
                         f"{variable.name} must be {declaration.range}, but the worst case goes from "

@@ -10,7 +10,7 @@ from jaxtyping import PyTree
 
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
-from ..._errors import ParameterError
+from ..._errors import ModelError, ParameterError
 from ..._integrate.setup.result import is_success
 from .._compute.evaluator import Evaluator
 from .._problem.distributions import Distribution, member_count, sobol_scores
@@ -42,6 +42,10 @@ def percentile_of(
         raise ParameterError(f"A percentile must be between 0 and 100, got {p}.")
     joint = JointDistribution.of(model, distributions, correlation)
     free, x0 = joint.free, joint.free.values(model)
+    for place in (variable.places[0] for variable in free.variables):
+        if place.built is not None:
+            names = ", ".join(sorted(place.determined))
+            raise ModelError(f"percentile_of: {place.path} is a constructor argument. Name instead: {names}.")
     members = joint.parameters_at(sobol_scores(len(x0), member_count(n), seed))
     is_share = np.array([distribution.is_relative for distribution in distributions.values()])
     factors = np.where(is_share, members / np.where(is_share & (x0 != 0.0), x0, 1.0), 1.0)
@@ -51,7 +55,7 @@ def percentile_of(
     def percentile(design: PyTree) -> Array:
         leaves = {leaf.path: leaf.value for leaf in leaves_of(design)}
         places = [variable.places[0] for variable in free.variables]
-        base = jnp.stack([leaves[path] if at is None else leaves[path][at] for path, at in places])
+        base = jnp.stack([leaves[path] if at is None else leaves[path][at] for path, at, _ in places])
 
         def one(pair: PyTree) -> Array:
             values, outcomes = evaluator.results(free.with_values(design, base * pair[0] + pair[1]))
