@@ -25,6 +25,7 @@ from ._optimise.design import Design
 from ._optimise.entries import Active, LimitedResult, Sensitivity, Tried
 from ._optimise.optimise import optimise
 from ._optimise.pareto import Front, pareto
+from ._problem.built import Built
 from ._problem.distributions import Normal, Samples, Triangular, Uniform
 from ._problem.free import Free, Place, Variable
 from ._problem.free_parameters import free_parameters
@@ -46,6 +47,7 @@ __all__ = [
     "Active",
     "Alternatives",
     "App",
+    "Built",
     "CatalogueVariables",
     "Cause",
     "Channel",

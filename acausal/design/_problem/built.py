@@ -22,14 +22,14 @@ class Built:
     """A component to be built with other arguments, and the leaves that each of them determines."""
 
     path: str
-    node: Node
+    _node: Node
     determined: Mapping[str, frozenset[str]]  # paths in the component, by argument
     units: Mapping[str, str]  # of the arguments that are values of a parameter
     values: Mapping[str, float]  # of the arguments
 
     def leaves(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """The leaves that some arguments determine, by path in the model."""
-        made = with_arguments(self.node, arguments, self.path)
+        made = with_arguments(self._node, arguments, self.path)
         names = frozenset().union(*(self.determined[name] for name in arguments))
         return {join(self.path, leaf.path): leaf.value for leaf in leaves_of(made) if leaf.path in names}
 
