@@ -83,8 +83,8 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     }
     for name in structural.intersection(map(str, values)):
         raise ParameterError(
-            f"{name} is fixed: the structure of the Modelica model may depend on it. Load the model with a modifier for "
-            "it."
+            f"{name} is fixed: the structure of the Modelica model may depend on it. Load the model with a modifier "
+            "for it."
         )
     known = {leaf.path for leaf in leaves_of(model)}
     others = {str(name): value for name, value in values.items() if name not in known}
