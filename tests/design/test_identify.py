@@ -22,6 +22,7 @@ from acausal import (
     simulate,
 )
 from acausal.design import Experiment, Fit, Normal, identify
+from acausal.design._identify.prepare import prepared
 from acausal.design._identify.residual_tests import _whiteness
 from studies.actuators import ema_maxon
 
@@ -503,3 +504,16 @@ def test_noise_of_temperature_is_a_difference() -> None:
     fit = identify(Oil(), {"T": (200.0, 400.0)}, given)
     assert fit.estimates[0] == pytest.approx(294.15)
     assert fit.std[0] == pytest.approx(0.5 / np.sqrt(3.0))
+
+
+def test_data_of_a_path_may_have_another_unit_than_the_model() -> None:
+    """Plain numbers in `units`, like quantities, are compared in the unit of the model and shown in their own."""
+    plain = drop(1e3 * position(), 2.0, units={"link.s_rel": "mm"}, name="plain")
+    named = drop(quantity(1e3 * position(), "mm"), quantity(2.0, "mm"), name="named")
+    ready, labels = prepared([plain, named, drop(position())], rig(c=60.0, d=1.0))
+    for one in ready:
+        np.testing.assert_allclose(one.measured["link.s_rel"], position())
+        np.testing.assert_allclose(one.sigma["link.s_rel"], NOISE)
+    assert [label.units["link.s_rel"] for label in labels] == ["m", "m", "m"]
+    assert [label.scales["link.s_rel"].shown for label in labels] == ["mm", "mm", "m"]
+    np.testing.assert_allclose(labels[0].scales["link.s_rel"].value(position()), 1e3 * position())

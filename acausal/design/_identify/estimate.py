@@ -12,6 +12,7 @@ from scipy.stats import t
 
 from ..._declare.component import Component
 from ..._errors import UnknownNameError, suggestion
+from ..._units.display import Scale
 from .._problem.free import Free
 from .fit_problem import FitProblem
 from .least_squares import Multistart
@@ -23,7 +24,7 @@ WEAK = 1.0  # relative uncertainty above which a combination is indistinguishabl
 
 
 class Channel(NamedTuple):
-    """A measured quantity of an experiment; `rows` are the rows of its residuals."""
+    """A measured quantity of an experiment. `rows` are the rows of its residuals; `scale` is that of the data."""
 
     experiment: str
     name: str
@@ -34,6 +35,7 @@ class Channel(NamedTuple):
     is_estimated: bool  # whether the noise is
     group: int
     place: int
+    scale: Scale = Scale()
 
     @property
     def label(self) -> str:

@@ -69,7 +69,8 @@ class Experiment:
     - `changes`: parameters and start values of the model in this experiment, by path.
     - `free`: parameters and start values that are free in this experiment alone, with bounds as in `identify`. They
       start from the values of the model with its `changes`.
-    - `units`: units of the measured values; a path of the model has its declared unit.
+    - `units`: units of plain measured values and of their `sigma`. Without it, a path of the model has its declared
+      unit, and a name of `predict` or `outputs` that of the prediction. Plots are in the units of the data.
     - `name`: the name in tables and messages.
     """
 

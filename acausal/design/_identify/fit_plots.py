@@ -15,11 +15,11 @@ def plot_fit(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
     """Measured values as dots and the fitted model as a line; as two sets of marks without times."""
     axes = _panels(axes, len(fit.channels), 1)
     for ax, channel in zip(axes[:, 0], fit.channels, strict=True):
-        predicted, unit = fit.predicted[channel.label], f" [{channel.unit}]" if channel.unit else ""
+        predicted, scale = fit.predicted[channel.label], channel.scale
         x = np.arange(1, len(predicted) + 1) if channel.times is None else channel.times
-        ax.plot(x, channel.measured, ".", color="0.45", markersize=4, label="measured")
-        ax.plot(x, predicted, "_" if channel.times is None else "-", color="tab:blue", label="fitted")
-        ax.set_ylabel(f"{channel.name}{unit}", fontsize="small")
+        ax.plot(x, scale.value(channel.measured), ".", color="0.45", markersize=4, label="measured")
+        ax.plot(x, scale.value(predicted), "_" if channel.times is None else "-", color="tab:blue", label="fitted")
+        ax.set_ylabel(scale.headed(channel.name), fontsize="small")
         ax.set_xlabel("number" if channel.times is None else "time [s]")
         ax.set_title(channel.experiment, fontsize="small")
         ax.legend(loc="best", fontsize="small", frameon=False)

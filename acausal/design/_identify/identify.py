@@ -140,6 +140,7 @@ def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Se
                     experiment=label.name,
                     name=name,
                     unit=label.units[name],
+                    scale=label.scales[name],
                     times=times,
                     measured=values.ravel(),
                     rows=slice(first, first + values.size),

@@ -13,18 +13,22 @@ from ..._declare.node import leaves_of
 from ..._errors import ModelError, ParameterError, UnknownNameError, suggestion
 from ..._evaluate.building import system_of
 from ..._numbers import Numbers
-from ..._units.quantity import has_unit, magnitude
+from ..._unit_check.signal_units import signal_units
+from ..._units.display import Scale, scale_of
+from ..._units.quantity import has_unit, magnitude, quantity
 from .._problem.free import Free, Variable
 from .._problem.free_parameters import free_parameters
+from .._problem.parse import number_in
 from .experiment import Experiment, Prepared, Results, Run
 
 
 @dataclasses.dataclass(frozen=True)
 class Labels:
-    """Name of an experiment, unit of each channel, and the channels with estimated noise."""
+    """Name of an experiment, units of its channels in the fit and in the data, and the channels with estimated noise."""
 
     name: str
     units: Mapping[str, str]
+    scales: Mapping[str, Scale]  # units of the data
     estimated: tuple[str, ...]
 
 
@@ -49,9 +53,11 @@ def _prepared(experiment: Experiment, model: Component, name: str) -> tuple[Prep
         )
     times = None if experiment.times is None else _times(experiment.times, name)
     units = {key: _unit(experiment, model, key, name) for key in experiment.measured}
-    measured = {key: _values(value, units[key], key, name, times) for key, value in experiment.measured.items()}
+    given = {key: _given(experiment, value, units[key], key) for key, value in experiment.measured.items()}
+    scales = {key: _scale(value, units[key], f"{name}: {key}") for key, value in given.items()}
+    measured = {key: _values(value, units[key], key, name, times) for key, value in given.items()}
     sigma = {
-        key: _sigma(experiment.sigma[key], units[key], key, name, value.shape)
+        key: _sigma(_given(experiment, experiment.sigma[key], units[key], key), units[key], key, name, value.shape)
         if key in experiment.sigma
         else np.full(value.shape, np.nan)
         for key, value in measured.items()
@@ -59,7 +65,7 @@ def _prepared(experiment: Experiment, model: Component, name: str) -> tuple[Prep
     changes = {key: jnp.asarray(value, float) for key, value in _changes(experiment.changes, model).items()}
     predict = experiment.predict if isinstance(experiment.predict, Run) else Results(experiment.predict)
     ready = Prepared(predict, tuple(measured), (), jnp.zeros(0, int), measured, sigma, changes, times)
-    return ready, Labels(name, units, tuple(key for key in measured if key not in experiment.sigma))
+    return ready, Labels(name, units, scales, tuple(key for key in measured if key not in experiment.sigma))
 
 
 def with_own(
@@ -95,18 +101,31 @@ def _changes(changes: Mapping[str, object], model: Component) -> dict[str, Numbe
 
 
 def _unit(experiment: Experiment, model: Component, key: str, name: str) -> str:
-    if key in experiment.units:
-        return experiment.units[key]
+    """The unit of a prediction: for a path of the model, its own, otherwise that of the measured values."""
     if not isinstance(experiment.predict, Run) or key not in experiment.predict.paths:
-        return ""
-    system = system_of(model)
-    names = system.flat.leaf_names
+        return experiment.units.get(key, "")
+    flat = system_of(model).flat
+    names = flat.leaf_names
     if key not in names:
         raise UnknownNameError(
             f"{name}: the model has no variable {key!r}.{suggestion(key, names)} Use outputs={{...}} for a function of "
             "variables."
         )
-    return system.flat.leaves[names[key][0]].declaration.unit
+    leaf = names[key][0]
+    return flat.leaves[leaf].declaration.unit or signal_units(flat).get(leaf, "") or experiment.units.get(key, "")
+
+
+def _given(experiment: Experiment, value: object, unit: str, key: str) -> object:
+    """Measured values or their noise: plain numbers as quantities, if the data have another unit than the model."""
+    of_data = experiment.units.get(key, unit)
+    return value if has_unit(value) or of_data == unit else quantity(np.asarray(value, float), of_data)
+
+
+def _scale(value: Any, unit: str, where: str) -> Scale:
+    """The unit of the data."""
+    if not has_unit(value):
+        return Scale(unit)
+    return scale_of(number_in(type(value)(1.0, value.units), unit, where)[1], unit, where)
 
 
 def _plain(value: object, unit: str, where: str) -> np.ndarray:
