@@ -5,7 +5,7 @@ from typing import Any, Self
 
 import jax.numpy as jnp
 import numpy as np
-from scipy.optimize import nnls
+import scipy
 
 from acausal import Events, Param, ParameterError, Record, Scalar, nonnegative, positive
 
@@ -57,15 +57,20 @@ class LaminarLosses(PumpLosses, partial=True):
         inverse of the mechanical efficiency, 1 + drag/(D dp). Unlike a map, the law then holds at other viscosities.
         """
         w, dp = np.meshgrid(np.asarray(speeds, float), np.asarray(pressures, float), indexing="ij")
-        wanted = 1.0 - np.asarray(volumetric, float), 1.0 / np.asarray(mechanical, float) - 1.0
-        if any(item.shape != w.shape for item in wanted):
+        eta_v, eta_m = np.asarray(volumetric, float), np.asarray(mechanical, float)
+        if eta_v.shape != w.shape or eta_m.shape != w.shape:
             raise ParameterError(f"{cls.__name__}: efficiencies must have shape {w.shape}, speeds by pressures.")
+        if not all(np.all((item > 0.0) & (item <= 1.0)) for item in (eta_v, eta_m)):
+            raise ParameterError(f"{cls.__name__}: efficiencies must be above 0 and at most 1: 92 per cent is 0.92.")
+        if np.min(w) <= 0.0 or np.min(dp) <= 0.0:
+            raise ParameterError(f"{cls.__name__}: speeds and pressures must be positive: there is no efficiency at 0.")
+        wanted = 1.0 - eta_v, 1.0 / eta_m - 1.0
         values = tuple(float(item) for item in (displacement, viscosity, density))
         found: dict[str, float] = {}
         for terms, right in zip(cls._shares(w, dp, *values), wanted, strict=True):
             columns = np.stack([term.ravel() for term in terms.values()], axis=1)
             scale = np.max(columns, axis=0)
-            found |= dict(zip(terms, nnls(columns / scale, right.ravel())[0] / scale, strict=True))
+            found |= dict(zip(terms, scipy.optimize.nnls(columns / scale, right.ravel())[0] / scale, strict=True))
         return cls(**found)
 
     @classmethod

@@ -50,7 +50,15 @@ def test_a_fit_of_a_simpler_law_stays_near_the_efficiencies() -> None:
     np.testing.assert_allclose(again["mechanical"], sheet["mechanical"], atol=1e-9)
 
 
-def test_efficiencies_of_another_shape_are_refused() -> None:
-    sheet = efficiencies(WilsonLosses(C_s=2e-9)) | {"volumetric": np.ones(3)}
-    with pytest.raises(ParameterError, match=r"efficiencies must have shape \(3, 3\), speeds by pressures"):
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"volumetric": np.ones(3)}, r"efficiencies must have shape \(3, 3\), speeds by pressures"),
+        ({"mechanical": np.full((3, 3), 92.0)}, "efficiencies must be above 0 and at most 1: 92 per cent is 0.92"),
+        ({"speeds": np.array([0.0, 100.0, 200.0])}, "speeds and pressures must be positive"),
+    ],
+)
+def test_what_is_no_map_of_efficiencies_is_refused(change: dict[str, Any], message: str) -> None:
+    sheet = efficiencies(WilsonLosses(C_s=2e-9)) | change
+    with pytest.raises(ParameterError, match=message):
         WilsonLosses.from_efficiencies(**sheet)
