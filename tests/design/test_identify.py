@@ -517,3 +517,17 @@ def test_data_of_a_path_may_have_another_unit_than_the_model() -> None:
     assert [label.units["link.s_rel"] for label in labels] == ["m", "m", "m"]
     assert [label.scales["link.s_rel"].shown for label in labels] == ["mm", "mm", "m"]
     np.testing.assert_allclose(labels[0].scales["link.s_rel"].value(position()), 1e3 * position())
+
+
+def test_missing_values_have_no_weight() -> None:
+    """The mean of the values that are there, with their standard deviation and degrees of freedom."""
+    values = np.array([21.0, np.nan, 22.0]) + 273.15
+    with pytest.raises(ParameterError, match=r"1 of 3 values of T are not finite.* missing=True"):
+        identify(Oil(), {"T": (200.0, 400.0)}, Experiment(three_readings, {"T": values}))
+    fit = identify(Oil(), {"T": (200.0, 400.0)}, Experiment(three_readings, {"T": values}, missing=True))
+    np.testing.assert_allclose(fit.estimates, [294.65], rtol=1e-9)
+    assert fit.dof == 1
+    np.testing.assert_allclose(fit.std, [0.5], rtol=1e-6)
+    np.testing.assert_array_equal(np.isnan(fit.residuals["experiment 1: T"]), [False, True, False])
+    with pytest.raises(ParameterError, match="3 of 3 values of T are not finite"):
+        identify(Oil(), {"T": (200.0, 400.0)}, Experiment(three_readings, {"T": [np.nan] * 3}, missing=True))

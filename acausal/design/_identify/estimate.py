@@ -38,6 +38,11 @@ class Channel(NamedTuple):
     scale: Scale = Scale()
 
     @property
+    def n_values(self) -> int:
+        """The number of measured values; missing ones are NaN."""
+        return int(np.sum(np.isfinite(self.measured)))
+
+    @property
     def label(self) -> str:
         """The name in tables and pictures."""
         return f"{self.experiment}: {self.name}"
@@ -136,7 +141,7 @@ class Estimate(Generic[M]):
     def dof(self) -> int:
         """Degrees of freedom: values and priors minus parameters within their bounds."""
         priors = int(np.sum(np.isfinite(self._problem.prior_std)))
-        return sum(channel.measured.size for channel in self.channels) + priors - int(np.sum(~self.at_bound))
+        return sum(channel.n_values for channel in self.channels) + priors - int(np.sum(~self.at_bound))
 
     @ft.cached_property
     def jacobian(self) -> Float[np.ndarray, "m n"]:
@@ -226,8 +231,9 @@ class Estimate(Generic[M]):
 
     @property
     def residuals(self) -> dict[str, Float[np.ndarray, " n"]]:
-        """(predicted - measured) / sigma by experiment and channel."""
-        return {channel.label: self._minimum.residuals[channel.rows] for channel in self.channels}
+        """(predicted - measured) / sigma by experiment and channel; NaN for missing values."""
+        found = self._minimum.residuals
+        return {c.label: np.where(np.isnan(c.measured), np.nan, found[c.rows]) for c in self.channels}
 
     @property
     def sigma(self) -> dict[str, Float[np.ndarray, " n"]]:

@@ -72,6 +72,7 @@ class Experiment:
     - `units`: units of plain measured values and of their `sigma`. Without it, a path of the model has its declared
       unit, and a name of `predict` or `outputs` that of the prediction. Plots are in the units of the data.
     - `name`: the name in tables and messages.
+    - `missing`: whether measured values may be NaN, which are left out, as if a sensor dropped out at times.
     """
 
     predict: Callable[[Any], Mapping[str, Numbers]] | Run
@@ -82,6 +83,7 @@ class Experiment:
     name: str = ""
     times: object = None
     free: ByPath[object] = dataclasses.field(default_factory=dict)
+    missing: bool = False
 
     @classmethod
     def of_run(
@@ -95,6 +97,7 @@ class Experiment:
         free: ByPath[object] | None = None,
         units: Mapping[str, str] | None = None,
         name: str = "",
+        missing: bool = False,
         **options: Any,
     ) -> "Experiment":
         """Trajectories measured in one run.
@@ -115,11 +118,11 @@ class Experiment:
             raise ArgumentError(f"{', '.join(sorted(refused))} cannot be chosen here: the run goes through all times.")
         paths = tuple(name for name in measured if name not in outputs)
         run = Run(paths, tuple(outputs.items()), tuple(options.items()))
-        return cls(run, measured, sigma or {}, changes or {}, units or {}, name, times, free or {})
+        return cls(run, measured, sigma or {}, changes or {}, units or {}, name, times, free or {}, missing)
 
 
 class Prepared(eqx.Module):
-    """An experiment as arrays in SI units.
+    """An experiment as arrays in SI units. A missing value is zero with infinite `sigma`, and so has no weight.
 
     The elements `indices` of the vector of all free parameters are free in this experiment alone, at the places `own`
     of the model.

@@ -33,6 +33,7 @@ def plot_residuals(fit: Fit[Any], axes: Panels | None) -> np.ndarray:
     for (left, right), channel in zip(axes, fit.channels, strict=True):
         residuals = fit.residuals[channel.label]
         _draw_order(left, channel, residuals)
+        residuals = residuals[np.isfinite(residuals)]
         quantiles = ndtri((np.arange(len(residuals)) + 0.5) / len(residuals))
         right.plot(quantiles, np.sort(residuals), ".", color="tab:blue", markersize=4)
         right.axline((0.0, 0.0), slope=1.0, color="0.5", linewidth=0.8)

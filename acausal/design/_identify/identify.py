@@ -108,7 +108,7 @@ def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:
 
 
 def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free, priors: int) -> None:
-    values = sum(np.size(value) for experiment in ready for value in experiment.measured.values())
+    values = sum(int(np.sum(~np.isinf(sigma))) for experiment in ready for sigma in experiment.sigma.values())
     noises = sum(len(label.estimated) for label in labels)
     n = len(free.variables)
     if values + priors < n + noises:
@@ -134,6 +134,7 @@ def _channels(problem: FitProblem, places: Sequence[tuple[int, int]], labels: Se
         times = None if group.times is None else np.asarray(group.times[place])
         for name in group.names:
             values = np.asarray(group.measured[name][place])
+            values = np.where(np.isinf(group.sigma[name][place]), np.nan, values)
             first = offsets[number][name] + place * values.size
             channels.append(
                 Channel(
@@ -157,7 +158,9 @@ def _with_noise(problem: FitProblem, channels: Sequence[Channel], sigmas: np.nda
     noises = [dict(group.sigma) for group in problem.groups]
     for channel, sigma in zip(channels, sigmas, strict=True):
         noise = noises[channel.group]
-        noise[channel.name] = jnp.asarray(noise[channel.name]).at[channel.place].set(sigma)
+        every = jnp.asarray(noise[channel.name])
+        own = jnp.where(jnp.isinf(every[channel.place]), jnp.inf, sigma)
+        noise[channel.name] = every.at[channel.place].set(own)
     groups = tuple(dataclasses.replace(g, sigma=noise) for g, noise in zip(problem.groups, noises, strict=True))
     return dataclasses.replace(problem, groups=groups)
 
@@ -168,16 +171,16 @@ def _weighted(
     """The fit with estimated noise, the degrees of freedom of the noise, and the ends of several searches."""
     held = np.zeros(starts.shape[1], bool)
     unknown = [channel for channel in channels if channel.is_estimated]
-    sizes = np.array([float(np.max(np.abs(channel.measured))) or 1.0 for channel in unknown])
+    sizes = np.array([float(np.nanmax(np.abs(channel.measured))) or 1.0 for channel in unknown])
     # The first weight of a channel is the standard deviation of its values.
-    sigmas = np.array([float(np.std(channel.measured)) for channel in unknown])
+    sigmas = np.array([float(np.nanstd(channel.measured)) for channel in unknown])
     sigmas = np.where(sigmas > 0.0, sigmas, sizes)
     problem = _with_noise(problem, unknown, sigmas)
     ends = multistart(problem, starts, tolerance, most) if len(starts) > 1 else None
     start = starts[0] if ends is None else ends.z[np.argmin(ends.chi2)]
     minimum, freedom = least(problem, start, tolerance, most), np.inf
     for _ in range(ROUNDS if unknown else 0):
-        left = np.array([channel.measured.size for channel in unknown]) - _taken_up(minimum, unknown)
+        left = np.array([channel.n_values for channel in unknown]) - _taken_up(minimum, unknown)
         squares = np.array([np.sum(minimum.residuals[channel.rows] ** 2) for channel in unknown])
         new = np.fmax(sigmas * np.sqrt(squares / left), LEAST_NOISE * sizes)
         settled = not minimum.computed or np.all(np.abs(new - sigmas) <= SAME_NOISE * new)

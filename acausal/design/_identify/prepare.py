@@ -24,7 +24,7 @@ from .experiment import Experiment, Prepared, Results, Run
 
 @dataclasses.dataclass(frozen=True)
 class Labels:
-    """Name of an experiment, units of its channels in the fit and in the data, and the channels with estimated noise."""
+    """Name of an experiment, units of its channels and of their data, and the channels with estimated noise."""
 
     name: str
     units: Mapping[str, str]
@@ -55,13 +55,17 @@ def _prepared(experiment: Experiment, model: Component, name: str) -> tuple[Prep
     units = {key: _unit(experiment, model, key, name) for key in experiment.measured}
     given = {key: _given(experiment, value, units[key], key) for key, value in experiment.measured.items()}
     scales = {key: _scale(value, units[key], f"{name}: {key}") for key, value in given.items()}
-    measured = {key: _values(value, units[key], key, name, times) for key, value in given.items()}
+    measured = {
+        key: _values(value, units[key], key, name, times, missing=experiment.missing) for key, value in given.items()
+    }
     sigma = {
         key: _sigma(_given(experiment, experiment.sigma[key], units[key], key), units[key], key, name, value.shape)
         if key in experiment.sigma
         else np.full(value.shape, np.nan)
         for key, value in measured.items()
     }
+    sigma = {key: np.where(np.isnan(measured[key]), np.inf, value) for key, value in sigma.items()}
+    measured = {key: np.nan_to_num(value) for key, value in measured.items()}
     changes = {key: jnp.asarray(value, float) for key, value in _changes(experiment.changes, model).items()}
     predict = experiment.predict if isinstance(experiment.predict, Run) else Results(experiment.predict)
     ready = Prepared(predict, tuple(measured), (), jnp.zeros(0, int), measured, sigma, changes, times)
@@ -153,17 +157,19 @@ def _times(given: object, name: str) -> np.ndarray:
     return times
 
 
-def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | None) -> np.ndarray:
+def _values(given: object, unit: str, key: str, name: str, times: np.ndarray | None, *, missing: bool) -> np.ndarray:
     values = _plain(given, unit, f"{name}: {key}")
     if times is not None and values.shape != times.shape:
         raise ParameterError(f"{name}: {key} has the shape {values.shape}, but there are {len(times)} times.")
-    good = np.isfinite(values)
+    may_miss = missing and not np.all(np.isnan(values))
+    good = np.isfinite(values) | (np.isnan(values) & may_miss)
     if not np.all(good):
         first = int(np.argmin(good.ravel()))
         when = "" if times is None else f", at {times[first]:g} s"
         raise ParameterError(
             f"{name}: {int(np.sum(~good))} of {good.size} values of {key} are not finite; the first is "
-            f"{key}[{first}]{when}. Leave out these samples and their times."
+            f"{key}[{first}]{when}. Leave out these samples and their times, or pass missing=True for values that were "
+            "not measured, as NaN."
         )
     return values
 

@@ -36,6 +36,7 @@ def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
     found = [] if any(channel.is_estimated for channel in fit.channels) else [_size(fit)]
     for channel in fit.channels:
         residuals = fit.residuals[channel.label]
+        residuals = residuals[np.isfinite(residuals)]
         if len(residuals) >= LEAST and np.ptp(residuals) > 0.0:
             found.append(_normality(residuals, channel.label))
             if channel.times is not None:
