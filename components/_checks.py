@@ -28,6 +28,18 @@ def sampled(owner: Component | Record, values: str, *knots: str) -> Requirements
     )
 
 
+def damping(owner: Component | Record, efforts: str, speeds: str) -> Requirements:
+    """Requires a sampled curve of efforts over speeds that passes through the origin and does not deliver power."""
+    known, w, values = sampled(owner, efforts, speeds), getattr(owner, speeds), getattr(owner, efforts)
+    if jnp.shape(w) != jnp.shape(values):
+        return known
+    return (
+        *known,
+        require(jnp.any(w == 0.0), f"{speeds} must include 0"),
+        require(jnp.where(w == 0.0, values == 0.0, w * values >= 0.0), f"{efforts} must have the sign of {speeds}"),
+    )
+
+
 def ends_at(stop: Any, stroke: Any, name: str) -> Requirements:
     """Requires that a stop allows the travel from 0 to the stroke of the parts that it limits."""
     return (

@@ -2,7 +2,7 @@
 
 from acausal import Symbol
 
-from ._drawing import SPRING, at, rect
+from ._drawing import SPRING, at, head, rect
 
 ENDS = {"a": (0, 20), "b": (60, 20)}
 FLANGE = {"flange": (0, 20)}
@@ -11,6 +11,9 @@ SHARED = {
     "Compliant": Symbol(60, 40, ENDS, rect(12, 8, 36, 24) + "M0 20h12M48 20h12"),
     "Spring": Symbol(60, 20, {"a": (0, 10), "b": (60, 10)}, at(0, 10, SPRING)),
     "Damper": Symbol(60, 40, ENDS, "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16"),
+    "TabulatedDamper": Symbol(
+        60, 40, ENDS, "M0 20h30M30 12v16M22 8h22v24h-22M44 20h16M14 36L46 4", solid=head(48, 2, 0.7, -0.7)
+    ),
     "SpringDamper": Symbol(
         60,
         40,

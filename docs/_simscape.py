@@ -75,6 +75,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "Spring": "Rotational Spring",
         "StribeckFriction": "Rotational Friction",
         "TorqueSensor": "Ideal Torque Sensor",
+        "Tyre": "Tire (Magic Formula)",
     },
     "translational": {
         "Damper": "Translational Damper",
@@ -88,6 +89,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "SignalSpeed": "Ideal Translational Velocity Source",
         "Spring": "Translational Spring",
         "StribeckFriction": "Translational Friction",
+        "Vehicle": "Vehicle Body",
     },
     "thermal": {
         "BodyRadiation": "Radiative Heat Transfer",

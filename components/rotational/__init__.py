@@ -80,7 +80,9 @@ if TYPE_CHECKING:
     from ._sources import SignalTorque as SignalTorque
     from ._sources import SignalTorque2 as SignalTorque2
     from ._stops import HardStop as HardStop
+    from ._tabulated import TabulatedDamper as TabulatedDamper
     from ._train import PlanetaryTrain as PlanetaryTrain
+    from ._tyre import Tyre as Tyre
     from ._wheels import IdealGearR2T as IdealGearR2T
     from ._wheels import IdealRollingWheel as IdealRollingWheel
 else:

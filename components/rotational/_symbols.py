@@ -147,6 +147,14 @@ SYMBOLS = {
         + circle(30, 18, 1.5)
         + "M0 20h15M45 20h15M10 33h40M14 33l-4 5M22 33l-4 5M30 33l-4 5M38 33l-4 5M46 33l-4 5",
     ),
+    "Tyre": Symbol(
+        60,
+        40,
+        {"shaft": (0, 20), "rod": (60, 20)},
+        circle(30, 18, 15)
+        + circle(30, 18, 9)
+        + "M0 20h21M39 20h21M10 33h40M14 33l-4 5M22 33l-4 5M30 33l-4 5M38 33l-4 5M46 33l-4 5",
+    ),
     "Clutch": _plates(solid=head(25, 10, 1, 0, 6) + head(35, 10, -1, 0, 6)),
     "OneWayClutch": _plates("M10 26l8-6-8-6z"),
     "Brake": Symbol(

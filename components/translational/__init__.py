@@ -51,5 +51,7 @@ if TYPE_CHECKING:
     from ._sources import SignalForce2 as SignalForce2
     from ._stops import HardStop as HardStop
     from ._stops import MassWithStopAndFriction as MassWithStopAndFriction
+    from ._tabulated import TabulatedDamper as TabulatedDamper
+    from ._vehicle import Vehicle as Vehicle
 else:
     __getattr__, __dir__, __all__ = when_asked(__name__)

@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Any, Self
 
+import jax.numpy as jnp
+
 from acausal import (
     Component,
     Energy,
@@ -58,8 +60,18 @@ class Length(Record):
     L: Param[Scalar, "m"]  # length from a to b
 
 
+class Slope(Record):
+    """Direction of the travel of a body, and gravity."""
+
+    incline: Param[Scalar, "rad"]  # angle of s above the horizontal
+    g: Param[Scalar, "m/s2", nonnegative] = 9.81  # acceleration of gravity
+
+
 class Mass(Component):
     """A rigid body, m dv/dt = f_a + f_b, with its flanges at s - L/2 and s + L/2 (MSL `Mass`).
+
+    With `incline`, s points upwards at this angle, and the weight acts: m dv/dt = f_a + f_b - m g sin(incline). A mass
+    that hangs, or that is lifted, has an incline of pi/2. The parameters are `slope.incline` and `slope.g`.
 
     `Mass(m=..., L=..., s=..., v=...)` starts at the given position of its centre and speed. If L is given, it is the
     parameter `body.L`. Otherwise there is no parameter, and both flanges have the same position. s is not a separate
@@ -68,6 +80,7 @@ class Mass(Component):
 
     m: Param[Scalar, "kg", positive]  # mass
     body: Length | None = None
+    slope: Slope | None = None
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     a: Flange = Flange()
     b: Flange = Flange()
@@ -77,6 +90,7 @@ class Mass(Component):
         *,
         m: Param[Scalar, "kg"],
         L: Param[Scalar, "m"] | None = None,  # length from a to b
+        incline: Param[Scalar, "rad"] | None = None,  # angle of s above the horizontal; None without weight
         s: Param[Scalar, "m"] | None = None,  # position of the centre at the start
         v: Any = None,
         a: Flange | None = None,
@@ -86,6 +100,7 @@ class Mass(Component):
         self.m, self.v = m, v
         self.nominal = {} if nominal is None else nominal
         self.body = None if L is None else Length(L=L)
+        self.slope = None if incline is None else Slope(incline=incline)
         if s is not None and self.body is not None:
             s = numbers(self, "s", magnitude(s, "m", "Mass.s")) - self._half()
         self.a, self.b = placed(self, Flange, "s", s, a), Flange() if b is None else b
@@ -103,11 +118,16 @@ class Mass(Component):
         return dict(
             rigid=rigid,
             speed=eq(self.v, d.a.s),
-            newton=eq(self.m * d.v, self.a.f + self.b.f),
+            newton=eq(self.m * d.v, self.a.f + self.b.f - self.weight()),
         )
 
+    def weight(self) -> Scalar:
+        """Weight against the direction of s in N."""
+        return 0.0 if self.slope is None else self.m * self.slope.g * jnp.sin(self.slope.incline)
+
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * self.m * self.v**2)
+        kinetic = 0.5 * self.m * self.v**2
+        return Energy(stored=kinetic if self.slope is None else kinetic + self.weight() * self.s)
 
 
 class Rod(Component):

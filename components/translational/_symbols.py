@@ -102,6 +102,15 @@ SYMBOLS = {
         solid=head(30, 9, 0, 1, 6),
     )
     + with_port("support", 30, 40, "v-9"),
+    "Vehicle": Symbol(
+        60,
+        40,
+        FLANGE,
+        "M0 20h8M8 28v-10l10-2 6-8h16l8 8 6 2v10M8 28h4M24 28h14M50 28h4M2 35h56"
+        + circle(18, 28, 6)
+        + circle(44, 28, 6),
+    )
+    + with_port("grade", 30, 40, "v-5"),
     "ViscousFriction": _sliding(),
     "ConstantForce": _source("F"),
     "SignalForce": _source("F", u=(0, 20)),

@@ -102,6 +102,8 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "SupportFriction": dict(speeds=GRID, forces=GRID + 1.0),
     "Table1D": dict(points=GRID, values=GRID),
     "Table2D": dict(points1=GRID, points2=GRID, values=np.ones((4, 4))),
+    "rotational.TabulatedDamper": dict(speeds=GRID, torques=GRID),
+    "TabulatedDamper": dict(speeds=GRID, forces=GRID),
     "TabulatedSpring": dict(positions=GRID, forces=GRID),
     "ThermalAccumulator": dict(tau=1.0, **GAS),
     "TimeFunction": dict(function=wave),
@@ -140,8 +142,9 @@ def _library() -> list[type]:
 
 
 def _built(cls: type) -> Any:
-    if cls.__name__ in ARGUMENTS:
-        return cls(**ARGUMENTS[cls.__name__])
+    for name in (f"{cls.__module__.split('.')[1]}.{cls.__name__}", cls.__name__):
+        if name in ARGUMENTS:
+            return cls(**ARGUMENTS[name])
     fields = dataclasses.fields(cls)
     return cls(**{field.name: 1.0 for field in fields if field.default is dataclasses.MISSING})
 

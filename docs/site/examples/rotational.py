@@ -67,8 +67,10 @@ from components.rotational import (
     Spring,
     SpringDamper,
     StribeckFriction,
+    TabulatedDamper,
     TabulatedLift,
     TorqueSensor,
+    Tyre,
     ViscousFriction,
     WormGear,
 )
@@ -137,8 +139,10 @@ EXAMPLES = (
     Spring(c=10.0),
     SpringDamper(c=10.0, d=0.1),
     StribeckFriction(Tc=0.05, Ts=0.08, ws=1.0),
+    TabulatedDamper(speeds=[-20.0, 0.0, 20.0, 100.0], torques=[-150.0, 0.0, 150.0, 400.0]),
     TabulatedLift(angles=[0.0, 1.5, 3.0, 4.5, 6.283185307179586], lifts=[0.0, 5e-3, 1e-2, 5e-3, 0.0]),
     TorqueSensor(),
+    Tyre(radius=0.3, F_z=4000.0),
     ViscousFriction(C=0.01),
     WormGear(ratio=38.0, J=1e-5, loss=MeshLoss(efficiency=0.5)),
 )

@@ -40,8 +40,10 @@ from components.translational import (
     SpringDamper,
     StribeckFriction,
     SupportFriction,
+    TabulatedDamper,
     TabulatedSpring,
     TustinFriction,
+    Vehicle,
     ViscousFriction,
 )
 
@@ -85,7 +87,9 @@ EXAMPLES = (
     SpringDamper(c=10e3, d=50.0),
     StribeckFriction(Fc=20.0, Fs=30.0, vs=0.01),
     SupportFriction(speeds=[0.0, 0.1, 1.0], forces=[20.0, 22.0, 40.0]),
+    TabulatedDamper(speeds=[-1.0, -0.1, 0.0, 0.1, 1.0], forces=[-800.0, -300.0, 0.0, 600.0, 2500.0]),
     TabulatedSpring(positions=[0.0, 4e-3, 8e-3], forces=[0.0, 1500.0, 1800.0]),
     TustinFriction(F_prop=10.0, F_Coulomb=20.0, F_Stribeck=10.0, fexp=100.0),
+    Vehicle(m=1500.0, area=2.2, c_d=0.28, c_r=0.01),
     ViscousFriction(C=100.0),
 )

@@ -1,0 +1,57 @@
+"""A tyre with longitudinal slip."""
+
+from typing import Self
+
+import jax.numpy as jnp
+
+from acausal import Component, Energy, Equations, Param, Requirements, Scalar, Var, eq, nonnegative, positive, require
+
+from ..translational import Flange as Rod
+from ._interfaces import Flange
+
+
+class Tyre(Component):
+    """A tyre that drives by slip, F = F_z D sin(C atan(B k - E (B k - atan(B k)))) with the slip k (magic formula).
+
+    k = v_slip / sqrt(v^2 + v_0^2) with v_slip = radius w - v, the longitudinal slip at speeds well above v_0 (Pacejka,
+    `Tire and Vehicle Dynamics`, section 4.3). Below v_0 the tyre acts as a damper, so that it stands still without
+    sliding; on a slope it creeps. The slip stiffness is dF/dk = B C D F_z, and the greatest force is D F_z if C >= 1.
+    The defaults are those of a dry road; on snow, B = 5, C = 2, D = 0.3 and E = 1. The normal force F_z is that of all
+    tyres that this one stands for. Rolling resistance is in `translational.Vehicle`; the rim's inertia is an `Inertia`
+    on the shaft.
+    """
+
+    radius: Param[Scalar, "m", positive]  # effective rolling radius
+    F_z: Param[Scalar, "N", nonnegative]  # normal force
+    B: Param[Scalar, "1", positive] = 10.0  # stiffness factor
+    C: Param[Scalar, "1", positive] = 1.9  # shape factor
+    D: Param[Scalar, "1", nonnegative] = 1.0  # peak factor: the greatest coefficient of friction
+    E: Param[Scalar, "1"] = 0.97  # curvature factor
+    v_0: Param[Scalar, "m/s", positive] = 0.5  # speed below which the slip is damped
+    v: Var[Scalar, "m/s"] = 0.0  # speed of the axle
+    v_slip: Var[Scalar, "m/s"] = 0.0  # speed at which the contact patch slides backward
+    slip: Var[Scalar, "1"] = 0.0  # k
+    F: Var[Scalar, "N"] = 0.0  # driving force on the vehicle
+    shaft: Flange = Flange()
+    rod: Rod = Rod()  # moves with the axle
+
+    def requirements(self) -> Requirements:
+        return (
+            require(self.C <= 2.0, "C must be at most 2, so that the force has the direction of the slip"),
+            require(self.E <= 1.0, "E must be at most 1, so that the force has the direction of the slip"),
+        )
+
+    def equations(self, d: Self) -> Equations:
+        x = self.B * self.slip
+        formula = jnp.sin(self.C * jnp.arctan(x - self.E * (x - jnp.arctan(x))))
+        return dict(
+            speed=eq(self.v, d.rod.s),
+            slides=eq(self.v_slip, self.radius * d.shaft.phi - self.v),
+            slip=eq(self.slip * jnp.sqrt(self.v**2 + self.v_0**2), self.v_slip),
+            formula=eq(self.F, self.F_z * self.D * formula),
+            axle=eq(self.rod.f, -self.F),
+            torque=eq(self.shaft.tau, self.radius * self.F),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.F * self.v_slip)
