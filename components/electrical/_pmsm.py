@@ -99,6 +99,7 @@ class DqCurrentSensor(Component):
 class Inverter(Component):
     """A lossless three-phase bridge, averaged over its switching: v = m v_dc, with |m| limited to m_max.
 
+    The inputs are modulations, not volts: for 20 V from a direct voltage of 48 V, set u_q to 20/48.
     The modulation m = (m_d, m_q) is limited in amplitude: m_max is 1/sqrt(3) for space vectors, 1/2 for sines without a
     third harmonic, 2/pi for six-step operation. The power is equal on both sides: i_dc = 3/2 (m_d i_d + m_q i_q). Not
     modelled: ripple, dead time, losses, rectification by the diodes at excessive speed.
@@ -110,8 +111,8 @@ class Inverter(Component):
     p: Pin = Pin()
     n: Pin = Pin()
     machine: DqPort = DqPort()
-    u_d: Input = Input()  # modulation setpoint
-    u_q: Input = Input()
+    u_d: Input = Input()  # modulation setpoint, a ratio: the wanted phase voltage over the direct voltage
+    u_q: Input = Input()  # modulation setpoint, a ratio like u_d
 
     def _square(self) -> Scalar:
         return self.u_d.value**2 + self.u_q.value**2
