@@ -4,6 +4,7 @@ from ..._declare.node import leaves_of
 from .._syntax.flat import FlatModelica
 from .equation_groups import EquationGroups
 from .guesses import propagate
+from .held_integers import hold_integers
 from .model import ModelicaModel
 from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
@@ -20,6 +21,7 @@ def component(flat: FlatModelica) -> ModelicaModel:
     model = Translation.of(flat)
     starts = StartValues(model)
     ModelLeaves(model, starts).make()
+    hold_integers(model)
     groups = _groups(model, starts)
     events = ModelEvents(model)
     starts.state_previous()

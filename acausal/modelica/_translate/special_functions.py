@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import jax
 import jax.numpy as jnp
 
+from ..._declare.ifelse import held_relation
 from .._syntax import expressions as e
 from .branches import choose
 from .builtins import FUNCTIONS
@@ -71,6 +72,17 @@ def _root(args: Args, at: Scope, evaluate: Evaluate) -> Value:
     return root(evaluate(args[0], at))
 
 
+def _held_floor(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    """floor(x), held between events at its value before. At an event it changes by 1 at least, whatever x rounds to."""
+    x, before = (jnp.asarray(evaluate(arg, at), float) for arg in args)
+    above, below = x >= before + 1.0, x < before
+    if at.holds:
+        above, below = held_relation(above), held_relation(below)
+    whole = jnp.floor(x)
+    fallen = jnp.where(below, jnp.minimum(whole, before - 1.0), before)
+    return jnp.where(above, jnp.maximum(whole, before + 1.0), fallen)
+
+
 def _missing(name: str) -> Callable[[Args, Scope, Evaluate], Value]:
     def missing(args: Args, at: Scope, evaluate: Evaluate) -> Value:
         raise NotKnown(name)
@@ -83,6 +95,7 @@ SPECIAL: dict[str, Callable[[Args, Scope, Evaluate], Value]] = {
     "Smooth": _smooth,
     "SemiLinear": _semilinear,
     "Sqrt": _root,
+    "HeldFloor": _held_floor,
     "Der": _derivative,
     "Terminal": lambda args, at, evaluate: False,
     "Initial": _missing("initial()"),
