@@ -207,7 +207,8 @@ def _residuals(component: Component) -> tuple[Callable[[Any, Any], Any], np.ndar
     given = [jnp.asarray(leaf.value, float) for leaf in leaves]
 
     def residuals(x: Numbers, rates: Numbers) -> Array:
-        equations = placed(x, given).equations(placed(rates, given))
+        here, slopes = placed(x, given), placed(rates, given)
+        equations = here.equations(slopes) | here.shared_equations(slopes)
         return jnp.concatenate([jnp.ravel(jnp.asarray(item.residual, float)) for item in equations.values()])
 
     return residuals, values, names

@@ -229,3 +229,11 @@ class Component(Node, partial=True):
     def energy(self) -> Energy | None:
         """The energy account as a function of the component's variables; None if it stores and dissipates nothing."""
         return None
+
+    def shared_equations(self, d: Any) -> Equations:
+        """Equations that a base class adds to the `equations` of all its classes."""
+        return {}
+
+    def shared_energy(self, own: Energy) -> Energy:
+        """What a base class makes of the account `own`, which `energy` of one of its classes states."""
+        return own

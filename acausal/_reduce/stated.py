@@ -99,6 +99,8 @@ def _traced(kind: Kind, method: str) -> _Traced:
         d = kind.component(d_leaves)
         with tracing(where):
             stated = _checked(getattr(self, method)(d), where)
+            if method == "equations":
+                stated = stated | _checked(self.shared_equations(d), f"{kind.cls.__name__}.shared_equations")
         checks.update((name, equation.check_units) for name, equation in stated.items())
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 

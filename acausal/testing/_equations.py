@@ -217,7 +217,8 @@ def _stated(node: Any, d: Any, path: str) -> dict[str, Numbers]:
     """The residuals of the equations of a node and its parts, by path."""
     found: dict[str, Numbers] = {}
     if isinstance(node, Component):
-        found = {join(path, name): equation.residual for name, equation in node.equations(d).items()}
+        stated = node.equations(d) | node.shared_equations(d)
+        found = {join(path, name): equation.residual for name, equation in stated.items()}
     for (where, part), (_, slope) in zip(children(node, path), children(d, path), strict=True):
         if isinstance(node, Array):
             found |= jax.vmap(lambda one, rate, where=where: _stated(deepened(one, -1), deepened(rate, -1), where))(

@@ -23,14 +23,27 @@ if TYPE_CHECKING:
     from ._cooler import Cooler as Cooler
     from ._cylinders import MasterCylinder as MasterCylinder
     from ._cylinders import SlaveCylinder as SlaveCylinder
+    from ._exchanger import HeatExchanger as HeatExchanger
+    from ._exchanger_laws import CounterFlow as CounterFlow
+    from ._exchanger_laws import CrossFlow as CrossFlow
+    from ._exchanger_laws import ParallelFlow as ParallelFlow
+    from ._exchanger_laws import ShellAndTube as ShellAndTube
+    from ._fill import fill as fill
     from ._fittings import EndCushion as EndCushion
     from ._fittings import Filter as Filter
     from ._fittings import TJunction as TJunction
+    from ._heat_carrier import Caloric as Caloric
+    from ._heat_carrier import HeatCarrier as HeatCarrier
+    from ._heating_parts import CirculationPump as CirculationPump
+    from ._heating_parts import FlowVolume as FlowVolume
+    from ._heating_parts import Radiator as Radiator
+    from ._heating_parts import ThermostaticValve as ThermostaticValve
     from ._holding_valve import HoldingValve as HoldingValve
     from ._interfaces import FluidPort as FluidPort
+    from ._interfaces import MixedPart as MixedPart
+    from ._interfaces import ThermalFluidPort as ThermalFluidPort
     from ._interfaces import TwoPort as TwoPort
     from ._known_liquids import dot_4 as dot_4
-    from ._known_liquids import fill as fill
     from ._known_liquids import iso_vg_32 as iso_vg_32
     from ._known_liquids import iso_vg_46 as iso_vg_46
     from ._known_liquids import iso_vg_68 as iso_vg_68
@@ -54,6 +67,8 @@ if TYPE_CHECKING:
     from ._pipe_friction import LaminarFriction as LaminarFriction
     from ._pipe_friction import NoFriction as NoFriction
     from ._pipe_friction import PipeFriction as PipeFriction
+    from ._pipe_heat import PipeWall as PipeWall
+    from ._pipe_heat import WallPort as WallPort
     from ._pipes import Pipe as Pipe
     from ._pipes import Segments as Segments
     from ._poppet import PoppetValve as PoppetValve
@@ -108,6 +123,7 @@ if TYPE_CHECKING:
     from ._valves import Orifice as Orifice
     from ._valves import ReliefValve as ReliefValve
     from ._valves import SpringLoadedValve as SpringLoadedValve
+    from ._vessel import Vessel as Vessel
     from ._volumes import Line as Line
     from ._volumes import Volume as Volume
     from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder

@@ -7,7 +7,6 @@ from typing import Any, ClassVar, Self
 import jax.numpy as jnp
 
 from acausal import (
-    Component,
     Discrete,
     Energy,
     Equations,
@@ -27,10 +26,10 @@ from acausal import (
 )
 
 from .._series import expm1_over
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 
 
-class Accumulator(Component, partial=True):
+class Accumulator(MixedPart, partial=True):
     """A volume V of liquid under a pressure p(V), behind an inlet: resistance q = p_port - p, dV/dt = q.
 
     When empty (V = 0) or full (V = capacity), the inlet is shut, as by a poppet or a diaphragm, until the pressure
@@ -73,6 +72,10 @@ class Accumulator(Component, partial=True):
                 "and in between otherwise: change its start value",
             ),
         )
+
+    def held_liquid(self) -> Scalar:
+        # A thousandth of the capacity stays behind the inlet, so that an empty accumulator has a temperature.
+        return self.V + 1e-3 * self.capacity
 
     def _beyond(self) -> Scalar:
         """Distance in m3 between V and the range that `end` implies."""

@@ -2,14 +2,14 @@
 
 from typing import ClassVar, Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
 from . import _content as content
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 from ._liquids import AnyLiquid
 
 
-class Chamber(Component):
+class Chamber(MixedPart):
     """A closed volume of liquid, d(V r(p))/dt = q, with rigid or elastic walls, V = volume (1 + wall p).
 
     r is the density of the liquid over that at atmospheric pressure, to which all flows refer.
@@ -30,6 +30,9 @@ class Chamber(Component):
             pressure=eq(self.p, self.port.p),
             compression=eq(content.capacity(self.liquid, self.volume, self.p, self.wall) * d.p, self.port.q),
         )
+
+    def held_liquid(self) -> Scalar:
+        return self.volume * (1.0 + self.wall * self.p) * self.liquid.relative_density(self.p)
 
     def energy(self) -> Energy:
         return content.account(self.liquid, self.volume, self.p, self.wall, self.port.q)

@@ -1,6 +1,6 @@
 """Oil cooler."""
 
-from typing import Self
+from typing import Any, Self
 
 import jax.numpy as jnp
 
@@ -8,7 +8,8 @@ from acausal import Equations, Param, Scalar, eq, nonnegative, positive
 
 from .._limit import absolute
 from ..thermal import HeatPort
-from ._interfaces import TwoPort
+from ._heat_carrier import HeatCarrier, with_carrier
+from ._interfaces import ThermalFluidPort, TwoPort
 
 
 class Cooler(TwoPort):
@@ -18,6 +19,9 @@ class Cooler(TwoPort):
     specific_heat |q| (a heat exchanger with NTU = UA/C; Kays, London, `Compact Heat Exchangers`). The heat port `oil`
     has the oil temperature: it belongs to a `HeatCapacitor` for all the oil in the tank, which receives dp q and gives
     off Q. Connect the heat ports of other parts to it as well. No energy is lost.
+
+    If the liquid carries heat, T_oil is the temperature of the inflow, that of `oil` is the temperature of the outflow,
+    and the capacity is that of the liquid.
     """
 
     resistance: Param[Scalar, "Pa.s/m3", nonnegative]  # pressure drop per flow
@@ -28,16 +32,32 @@ class Cooler(TwoPort):
     coolant: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:
-        heat = self._conductance() * (self.oil.T - self.coolant.T)
+        inlet = self.oil.T if self.carrier is None else jnp.where(self.q > 0.0, self._of("a").T, self._of("b").T)
+        heat = self._conductance() * (inlet - self.coolant.T)
+        carried = sum(port.H_flow for _, port in self.thermal_ports())
         return super().equations(d) | dict(
             law=eq(self.dp, self.resistance * self.q),
-            cooled=eq(self.oil.Q_flow, heat - self.dp * self.q),
+            cooled=eq(self.oil.Q_flow, heat - self.dp * self.q - carried),
             warmed=eq(self.coolant.Q_flow, -heat),
         )
 
+    def carrying(self, carrier: HeatCarrier) -> Self:
+        return with_carrier(self, carrier)
+
+    def shared_equations(self, d: Any) -> Equations:
+        if self.carrier is None:
+            return super().shared_equations(d)
+        known = self.carrier
+        laws = ((name, port.H_flow, known.flow(port.q, port.T, self.oil.T)) for name, port in self.thermal_ports())
+        return {f"heat_{name}": eq(carried, law) for name, carried, law in laws}
+
+    def _of(self, name: str) -> ThermalFluidPort:
+        return dict(self.thermal_ports())[name]
+
     def _conductance(self) -> Scalar:
         """Heat flow per temperature difference."""
-        capacity = self.density * self.specific_heat * absolute(self.q)
+        per_volume = self.density * self.specific_heat if self.carrier is None else self.carrier.capacity
+        capacity = per_volume * absolute(self.q)
         # Such a small flow leaves at the coolant temperature; UA/C would divide by zero.
         is_slow = capacity < 1e-2 * self.UA
         return jnp.where(is_slow, capacity, -capacity * jnp.expm1(-self.UA / jnp.where(is_slow, self.UA, capacity)))

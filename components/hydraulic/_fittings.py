@@ -21,7 +21,6 @@ from acausal import (
 
 from .._limit import limited
 from ..translational import Flange
-from ._heating import temperature
 from ._interfaces import FluidPort
 from ._liquids import AnyLiquid
 from ._restrictions import LocalLoss, transition
@@ -101,7 +100,7 @@ class EndCushion(Resistance):
     def equations(self, d: Self) -> Equations:
         area = self.gap + (self.area - self.gap) * limited(self._way(), 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
         width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(

@@ -6,7 +6,6 @@ from typing import Any
 import jax.numpy as jnp
 
 from acausal import (
-    Component,
     Energy,
     Equations,
     Events,
@@ -24,14 +23,12 @@ from acausal import (
 from .._limit import limited
 from ..blocks import Input
 from ..rotational import Flange
-from ..thermal import HeatPort
-from ._heating import heating, lost, temperature
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 from ._liquids import AnyLiquid
 from ._pump_losses import PumpLosses
 
 
-class LiquidPump(Component, partial=True):
+class LiquidPump(MixedPart, partial=True):
     """A displacement machine: q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag, with dp = p_b - p_a.
 
     x is the displacement setting, a fraction of the displacement D, and r the density at the inlet over that at
@@ -52,7 +49,6 @@ class LiquidPump(Component, partial=True):
     shaft: Flange = Flange()
     a: FluidPort = FluidPort()  # suction
     b: FluidPort = FluidPort()  # delivery
-    heat: HeatPort | None = None
 
     @abc.abstractmethod
     def share(self) -> Scalar:
@@ -60,7 +56,7 @@ class LiquidPump(Component, partial=True):
 
     def equations(self, d: Any) -> Equations:
         filled = self.displacement * self.share() * self._filling()
-        return heating(self.heat, self._loss()) | dict(
+        return dict(
             speed=eq(self.w, d.shaft.phi),
             rise=eq(self.dp, self.b.p - self.a.p),
             suction=eq(self.a.q, self.q),
@@ -69,11 +65,15 @@ class LiquidPump(Component, partial=True):
             newton=eq(self.J * d.w, self.shaft.tau - filled * self.dp - self._drag()),
         )
 
+    def held_liquid(self) -> Scalar:
+        """That of one revolution."""
+        return 2.0 * jnp.pi * self.displacement
+
     def events(self) -> Events:
         return self.losses.events(self.dp, self.w)
 
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * self.J * self.w**2, dissipated=lost(self.heat, self._loss()))
+        return Energy(stored=0.5 * self.J * self.w**2, dissipated=self._loss())
 
     def _loss(self) -> Scalar:
         return self._slip() * self.dp + self._drag() * self.w
@@ -83,7 +83,7 @@ class LiquidPump(Component, partial=True):
         return 0.5 * (at_a + at_b + (at_a - at_b) * jnp.tanh(self.share() * self.w / self.w_t))
 
     def _viscosity(self) -> Scalar:
-        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), temperature(self.heat))
+        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), self._temperature())
         return self.liquid.reference_density * nu
 
     def _slip(self) -> Scalar:

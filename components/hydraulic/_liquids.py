@@ -14,6 +14,7 @@ from acausal import Energy, Param, Record, Requirements, Scalar, positive, requi
 from acausal import nonnegative as nonneg
 
 from .._series import expm1_over, log1p_over
+from ._heat_carrier import Caloric
 
 _TAIL = 40.0  # k, exponent of the bubble pressure below p_t: lower falls further below vapour, higher underflows
 
@@ -138,6 +139,7 @@ class Liquid(AnyLiquid):
     transition_pressure: Param[Scalar, "Pa", positive] = 1.0  # p_t, air pressure below which the law is extended
     shift: Param[Scalar, "m2/s", nonneg] = 0.7e-6  # shift of Walther's law
     unit: Param[Scalar, "m2/s", positive] = 1e-6  # unit of Walther's law, 1 mm2/s
+    caloric: Caloric | None = None  # a liquid that has it carries heat
     source: str = ""  # source of the data
 
     def requirements(self) -> Requirements:

@@ -24,7 +24,6 @@ from acausal import (
 
 from .._limit import limited, positive_part
 from ..translational import Flange
-from ._heating import lost
 from ._interfaces import FluidPort
 from ._valves import Resistance, turbulent_flow
 
@@ -73,7 +72,7 @@ class MeteringEdge(RodValve):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=lost(self.heat, self._loss()), supplied=-self.sense * self._flow_force() * self.v)
+        return Energy(dissipated=self._loss(), supplied=-self.sense * self._flow_force() * self.v)
 
     def _travel(self) -> Scalar:
         return (self.sense * self.rod.s - self.lap) / self.stroke
@@ -152,7 +151,7 @@ class DecelerationValve(RodValve):
         )
 
     def energy(self) -> Energy:
-        return Energy(stored=0.5 * self.rate * self._depth() ** 2, dissipated=lost(self.heat, self._loss()))
+        return Energy(stored=0.5 * self.rate * self._depth() ** 2, dissipated=self._loss())
 
     def _travel(self) -> Scalar:
         return (self.sense * self.rod.s - self.start) / self.length

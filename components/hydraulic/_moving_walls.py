@@ -4,17 +4,17 @@ from typing import ClassVar, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Events, Param, Scalar, Var, eq, positive, prefer, refuse
+from acausal import Energy, Equations, Events, Param, Scalar, Var, eq, positive, prefer, refuse
 
 from ..rotational import Flange as ShaftFlange
 from ..translational import Flange
 from . import _content as content
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 from ._liquids import AnyLiquid
 from ._two_chambers import TwoChambers
 
 
-class SingleActingCylinder(Component):
+class SingleActingCylinder(MixedPart):
     """A liquid chamber behind a piston: liquid pressed in pushes the rod out, s increases.
 
     With A = pi/4 bore^2 and V = dead + A s: d(V r(p))/dt = q, with r as in `Chamber`, and the rod pushes with A p; the
@@ -48,6 +48,9 @@ class SingleActingCylinder(Component):
 
     def events(self) -> Events:
         return dict(lost=refuse(self._volume() < 0.5 * self.dead, "the piston is beyond its end: add a stop"))
+
+    def held_liquid(self) -> Scalar:
+        return self._volume() * self.liquid.relative_density(self.p)
 
     def energy(self) -> Energy:
         return self.liquid.account(self.p, self._volume(), self.port.q, self.area * self.v)

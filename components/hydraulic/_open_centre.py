@@ -1,6 +1,6 @@
 """Directional valve with open centre, for mobile machines."""
 
-from typing import Self
+from typing import Any, Self
 
 from acausal import Equations, Param, Scalar, Var, eq, positive
 
@@ -30,8 +30,8 @@ class SixWayValve(FourEdges):
             flow_d=eq(self.d.q, -self.q_cd),
         )
 
-    def _loss(self) -> Scalar:
-        return super()._loss() + (self.c.p - self.d.p) * self.q_cd
+    def _paths(self) -> dict[str, tuple[Any, Any]]:
+        return super()._paths() | dict(cd=(self.q_cd, self.c.p - self.d.p))
 
     def _bypass(self) -> Scalar:
         return positive_part(1.0 - absolute(self.u.value / self.closed))

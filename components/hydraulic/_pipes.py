@@ -1,11 +1,10 @@
 """Pipes with pressure waves: segments with compressible liquid, inertia and friction."""
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 
 from acausal import (
-    Component,
     Energy,
     Equations,
     Param,
@@ -23,12 +22,14 @@ from acausal import (
 
 from .._checks import numbers
 from . import _content as content
-from ._interfaces import FluidPort
+from ._heat_carrier import HeatCarrier, with_carrier
+from ._interfaces import FluidPart, FluidPort
 from ._liquids import AnyLiquid
 from ._pipe_friction import ChurchillFriction, PipeFriction
+from ._pipe_heat import WallPort
 
 
-class Segments(Component, partial=True):
+class Segments(FluidPart, partial=True):
     """Balances of n segments of length l = length/n between n + 1 nodes; the end nodes have half the volume.
 
     Acoustic, without convection; inertia and friction use the density rho at atmospheric pressure:
@@ -41,6 +42,10 @@ class Segments(Component, partial=True):
     The upstream node changes within a Reynolds number of about 1. The segments resolve waves longer than about ten
     segments; steeper fronts cause ringing (Viersma, `Analysis, Synthesis and Design of Hydraulic Servosystems and
     Pipelines`, 1980).
+
+    With `heat=True`, a `PipeWall` can be connected to the port `heat`, and the friction leaves there as heat. If the
+    liquid carries heat, each node has a temperature, at which the viscosity is taken; the flow carries it from node to
+    node, and the heat of friction is spread evenly over the liquid.
     """
 
     if_singular: ClassVar[str] = content.EMPTY
@@ -58,6 +63,7 @@ class Segments(Component, partial=True):
     p_b: Var[Scalar, "Pa", prefer]  # pressure at the node of b
     a: FluidPort
     b: FluidPort
+    heat: WallPort | None = None  # inside of the wall
 
     def _build(
         self,
@@ -69,6 +75,7 @@ class Segments(Component, partial=True):
         wall: Scalar,
         p: Any,
         q: Any,
+        heat: bool,
     ) -> None:
         name = type(self).__name__
         if not isinstance(n, int) or n < 2:
@@ -81,6 +88,7 @@ class Segments(Component, partial=True):
         ends: Any = (None, None, None) if start is None else (start[0], start[1:-1], start[-1])
         self.p_a, self.p_inner, self.p_b = ends
         self.a, self.b = FluidPort(), FluidPort()
+        self.carrier, self.heat = None, WallPort(nodes=n + 1) if heat else None
 
     def _start(self, name: str, unit: str, size: int, value: Any) -> Any:
         if value is None:
@@ -119,8 +127,35 @@ class Segments(Component, partial=True):
             content_b=eq(last * d.p_b, net_b),
         )
 
+    def carrying(self, carrier: HeatCarrier) -> Self:
+        start: Any = jnp.full(self.n + 1, carrier.temperature)
+        return with_carrier(self, carrier, heat=WallPort(nodes=self.n + 1, T=start))
+
+    def shared_equations(self, d: Any) -> Equations:
+        heat, carrier = self.heat, self.carrier
+        if heat is None:
+            return super().shared_equations(d)
+        warmed = heat.Q_flow + self.dissipated() * self._volumes() / (self.area * self.length)
+        if carrier is None:
+            return dict(heating=eq(warmed))
+        (_, a), (_, b) = self.thermal_ports()
+        ends = dict(
+            heat_a=eq(a.H_flow, carrier.flow(a.q, a.T, heat.T[0])),
+            heat_b=eq(b.H_flow, carrier.flow(b.q, b.T, heat.T[-1])),
+        )
+        between = carrier.flow(self._carried(), heat.T[:-1], heat.T[1:])
+        through = jnp.concatenate([jnp.atleast_1d(a.H_flow), between, -jnp.atleast_1d(b.H_flow)])
+        gained = warmed + through[:-1] - through[1:]
+        return ends | dict(heating=carrier.balance(d.heat, heat, gained, self._held(), self._joined_inflows()))
+
+    def shared_energy(self, own: Energy) -> Energy:
+        if self.heat is None:
+            return own
+        warmth = 0.0 if self.carrier is None else jnp.sum(self.carrier.stored(self._held(), self.heat))
+        return own._replace(stored=own.stored + warmth, dissipated=0.0)
+
     def energy(self) -> Energy:
-        liquid, inflows = self.liquid, jnp.concatenate([jnp.atleast_1d(flow) for flow in self._inflows()])
+        liquid, inflows = self.liquid, self._joined_inflows()
         nodes = self.p
         account = content.account(liquid, self._volumes(), nodes, self.wall, inflows)
         return account._replace(
@@ -139,7 +174,8 @@ class Segments(Component, partial=True):
 
     def _viscosity(self) -> Vector:
         nodes = self.p
-        return jnp.asarray(self.liquid.kinematic_viscosity(0.5 * (nodes[:-1] + nodes[1:])))
+        middle = None if self.heat is None or self.carrier is None else 0.5 * (self.heat.T[:-1] + self.heat.T[1:])
+        return jnp.asarray(self.liquid.kinematic_viscosity(0.5 * (nodes[:-1] + nodes[1:]), middle))
 
     def _reynolds(self) -> Vector:
         return jnp.abs(self.q) * self.diameter / (self.area * self._viscosity())
@@ -151,6 +187,14 @@ class Segments(Component, partial=True):
     def _inflows(self) -> tuple[Any, Any, Any]:
         carried = self._carried()
         return self.a.q - carried[0], carried[:-1] - carried[1:], carried[-1] + self.b.q
+
+    def _joined_inflows(self) -> Vector:
+        return jnp.concatenate([jnp.atleast_1d(flow) for flow in self._inflows()])
+
+    def _held(self) -> Vector:
+        """Liquid at each node in m3, referred to atmospheric density."""
+        nodes = self.p
+        return jnp.asarray(self._volumes() * (1.0 + self.wall * nodes) * self.liquid.relative_density(nodes))
 
     def _carried(self) -> Vector:
         """Flows as at ports: referred to atmospheric density, with the density of the upstream node."""
@@ -195,5 +239,6 @@ class Pipe(Segments):
         wall: Scalar = 0.0,
         p: Param[Any, "Pa"] | None = None,  # initial pressure at the nodes
         q: Any = None,
+        heat: bool = False,
     ) -> None:
-        self._build(n, length, diameter, liquid, friction, wall, p, q)
+        self._build(n, length, diameter, liquid, friction, wall, p, q, heat)

@@ -20,7 +20,6 @@ from acausal import (
 
 from .._limit import limited
 from ..translational import Flange
-from ._heating import lost
 from ._valves import Resistance, turbulent_flow
 
 
@@ -59,7 +58,7 @@ class PoppetValve(Resistance):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=lost(self.heat, self._loss()), supplied=-self.sense * self._flow_force() * self.v)
+        return Energy(dissipated=self._loss(), supplied=-self.sense * self._flow_force() * self.v)
 
     def _loss(self) -> Scalar:
         return self.dp * self._metered()

@@ -2,14 +2,14 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
 from .._data_sheet import DataSheet
 from ..rotational import Flange
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 
 
-class Pump(Component):
+class Pump(MixedPart):
     """Pump or motor of fixed displacement, with Wilson's losses (Merritt, `Hydraulic Control Systems`, ch. 4).
 
     With the pressure rise dp = p_b - p_a: q = D w - leakage dp from a to b, and J dw/dt = tau - D dp - friction w.

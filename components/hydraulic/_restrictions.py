@@ -8,7 +8,6 @@ from acausal import Equations, Param, Requirements, Scalar, eq, nonnegative, pos
 
 from .._limit import limited
 from ..blocks import Input
-from ._heating import temperature
 from ._liquids import AnyLiquid
 from ._valves import Resistance, turbulent_flow
 
@@ -39,7 +38,7 @@ class LiquidOrifice(Resistance):
 
     def equations(self, d: Self) -> Equations:
         c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
         width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * self.area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
@@ -64,7 +63,7 @@ class VariableOrifice(Resistance):
     def equations(self, d: Self) -> Equations:
         area = self.leak + (self.area - self.leak) * limited(self.u.value, 0.0, 1.0)
         c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), temperature(self.heat)
+        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
         width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
         conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
         return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
@@ -83,12 +82,15 @@ class AnnularGap(Resistance):
         return (require(self.eccentricity <= 1.0, "eccentricity must be at most 1"),)
 
     def equations(self, d: Self) -> Equations:
-        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), temperature(self.heat))
+        nu = self.liquid.kinematic_viscosity(0.5 * (self.a.p + self.b.p), self._temperature())
         viscosity = self.liquid.reference_density * nu
         section = jnp.pi * self.diameter * self.clearance**3 * (1.0 + 1.5 * self.eccentricity**2)
         return super().equations(d) | dict(
             law=eq(12.0 * viscosity * self.length * self.q, section * self.dp),
         )
+
+    def held_liquid(self) -> Scalar:
+        return jnp.pi * self.diameter * self.clearance * self.length
 
 
 class LocalLoss(Resistance):
@@ -138,7 +140,7 @@ class LocalLoss(Resistance):
     def equations(self, d: Self) -> Equations:
         liquid, mean = self.liquid, 0.5 * (self.zeta_ab + self.zeta_ba)
         p, c = 0.5 * (self.a.p + self.b.p), 1.0 / jnp.sqrt(mean)
-        width = transition(liquid, p, temperature(self.heat), self.area, c, self.transition_reynolds)
+        width = transition(liquid, p, self._temperature(), self.area, c, self.transition_reynolds)
         towards = self.dp / jnp.sqrt(self.dp**2 + width**2)
         zeta = mean + 0.5 * (self.zeta_ab - self.zeta_ba) * towards
         conductance = self.area * jnp.sqrt(2.0 / (liquid.reference_density * zeta))
@@ -170,5 +172,8 @@ class DrilledPassage(Resistance):
         corners = self.corners * self.zeta * 0.5 * density * speed * jnp.abs(speed)
         return super().equations(d) | dict(law=eq(self.dp, friction + corners))
 
+    def held_liquid(self) -> Scalar:
+        return 0.25 * jnp.pi * self.diameter**2 * self.length
+
     def _kinematic_viscosity(self) -> Scalar:
-        return self.liquid.kinematic_viscosity(0.0, temperature(self.heat))
+        return self.liquid.kinematic_viscosity(0.0, self._temperature())

@@ -4,14 +4,14 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Param, Scalar, eq, nonnegative, positive
+from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
 from .._limit import limited
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 from ._valves import turbulent_flow
 
 
-class ShuttleValve(Component):
+class ShuttleValve(MixedPart):
     """Connects c to the higher of the pressures at a and b: opening to a 1/2 + (p_a - p_b)/(2 band), within 0 .. 1.
 
     The opening to b is the complement. Each edge passes opening K sqrt(dp) with K = rated_flow/sqrt(rated_drop),
@@ -44,7 +44,7 @@ class ShuttleValve(Component):
         return (self.a.p - self.b.p) / self.band
 
 
-class PurgeValve(Component):
+class PurgeValve(MixedPart):
     """A flushing shuttle: purges liquid from the low-pressure line at c, to cool and clean a closed circuit.
 
     Centred by springs, it connects a to c with the opening (p_b - p_a - threshold)/band, limited to 0 .. 1, and b

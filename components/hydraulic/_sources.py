@@ -1,20 +1,41 @@
 """Ideal sources of pressure and flow."""
 
-from typing import Self
+from typing import Any, Self
 
-from acausal import Component, Energy, Equations, Param, Scalar, eq
+from acausal import Energy, Equations, Param, Scalar, eq
 
 from ..blocks import Input
-from ._interfaces import FluidPort
+from ._heat_carrier import HeatCarrier, with_carrier
+from ._interfaces import FluidPort, MixedPart
 
 
-class Source(Component, partial=True):
-    """A source with one port."""
+class Source(MixedPart, partial=True):
+    """A source with one port.
+
+    If the liquid carries heat, the source delivers it at the temperature of the liquid record, or at that of `heat`.
+    A `HeatCapacitor` there makes it a reservoir of a known mass.
+    """
 
     port: FluidPort = FluidPort()
 
     def energy(self) -> Energy:
         return Energy(supplied=-self.port.p * self.port.q)
+
+    def carrying(self, carrier: HeatCarrier) -> Self:
+        return with_carrier(self, carrier)
+
+    def shared_equations(self, d: Any) -> Equations:
+        if self.heat is not None or self.carrier is None:
+            return super().shared_equations(d)
+        known = self.carrier
+        return {
+            f"heat_{name}": eq(port.H_flow, known.flow(port.q, port.T, known.temperature))
+            for name, port in self.thermal_ports()
+        }
+
+    def shared_energy(self, own: Energy) -> Energy:
+        delivered = 0.0 if self.heat is not None else sum(port.H_flow for _, port in self.thermal_ports())
+        return own._replace(supplied=own.supplied - delivered)
 
 
 class Tank(Source):

@@ -6,7 +6,7 @@ from typing import Any, Self
 import jax.numpy as jnp
 
 from acausal import (
-    Component,
+    ArgumentError,
     Energy,
     Equations,
     Param,
@@ -21,13 +21,12 @@ from acausal import (
 
 from .._limit import limited
 from ..blocks import Input
-from ..thermal import HeatPort
-from ._heating import heating, lost
-from ._interfaces import FluidPort
+from ._heat_carrier import HeatCarrier, with_carrier
+from ._interfaces import FluidPort, MixedPart
 from ._valves import turbulent_flow
 
 
-class Spool(Component, partial=True):
+class Spool(MixedPart, partial=True):
     """A spool at u, from -1 to 1, with metering edges q = (K y + K_leak) sqrt(dp), smoothed at zero as in `Orifice`.
 
     The opening of an edge is y = (+-u - lap)/(1 - lap), limited to 0 .. 1: closed in the middle position with a
@@ -42,7 +41,6 @@ class Spool(Component, partial=True):
     leakage: Param[Scalar, "1", nonnegative] = 0.0  # K_leak/K
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     u: Input = Input()
-    heat: HeatPort | None = None
 
     @abc.abstractmethod
     def _loss(self) -> Scalar:
@@ -50,10 +48,10 @@ class Spool(Component, partial=True):
 
     def equations(self, d: Any) -> Equations:
         del d
-        return heating(self.heat, self._loss())
+        return {}
 
     def energy(self) -> Energy:
-        return Energy(dissipated=lost(self.heat, self._loss()))
+        return Energy(dissipated=self._loss())
 
     def requirements(self) -> Requirements:
         return (
@@ -119,6 +117,30 @@ class FourEdges(Spool, partial=True):
             bt=(self.q_bt, b - t, from_b),
         )
 
+    def _paths(self) -> dict[str, tuple[Any, Any]]:
+        """Flow and pressure drop of each path, by its two ports."""
+        return {name: (q, dp) for name, (q, dp, _) in self._edges().items()}
+
+    def carrying(self, carrier: HeatCarrier) -> Self:
+        if self.heat is not None:
+            raise ArgumentError(f"{type(self).__name__}: liquids that carry heat take the losses along. Omit `heat`.")
+        return with_carrier(self, carrier)
+
+    def shared_equations(self, d: Any) -> Equations:
+        """The liquid of each path flows from node to node, and takes its loss along."""
+        if self.carrier is None:
+            return super().shared_equations(d)
+        ports = dict(self.thermal_ports())
+        into: dict[str, Any] = dict.fromkeys(ports, 0.0)
+        for (start, end), (q, dp) in self._paths().items():
+            carried, is_forward = self.carrier.flow(q, ports[start].T, ports[end].T), q > 0.0
+            into[start] += carried - jnp.where(is_forward, 0.0, dp * q)
+            into[end] -= carried + jnp.where(is_forward, dp * q, 0.0)
+        return {f"heat_{name}": eq(port.H_flow, into[name]) for name, port in ports.items()}
+
+    def shared_energy(self, own: Energy) -> Energy:
+        return super().shared_energy(own) if self.carrier is None else own._replace(dissipated=0.0)
+
     def equations(self, d: Any) -> Equations:
         laws = {f"edge_{name}": eq(q, self._edge(dp, opening)) for name, (q, dp, opening) in self._edges().items()}
         return (
@@ -133,7 +155,7 @@ class FourEdges(Spool, partial=True):
         )
 
     def _loss(self) -> Scalar:
-        return sum(dp * q for q, dp, _ in self._edges().values())
+        return sum(dp * q for q, dp in self._paths().values())
 
 
 class FourWayValve(FourEdges):

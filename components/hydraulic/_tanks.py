@@ -4,10 +4,10 @@ from typing import Self
 
 from acausal import Component, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, prefer, refuse
 
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 
 
-class LevelTank(Component):
+class LevelTank(MixedPart):
     """A tank with a level h: area dh/dt = q, and p = pressure + density g h at the port in its bottom.
 
     Open to the atmosphere, or under a constant gas pressure. A run ends with an error if the tank runs dry,
@@ -34,6 +34,10 @@ class LevelTank(Component):
             dry=refuse(self.h < -1e-3 * self.height, "the tank is empty: the pump draws air"),
             over=refuse(self.h > self.height, "the tank overflows"),
         )
+
+    def held_liquid(self) -> Scalar:
+        # The port is a thousandth of the height above the bottom, so that an empty tank has a temperature.
+        return self.area * (self.h + 1e-3 * self.height)
 
     def energy(self) -> Energy:
         lifted = self.area * self.h * (self.pressure + 0.5 * self.density * self.g * self.h)

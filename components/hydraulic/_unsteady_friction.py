@@ -87,8 +87,9 @@ class UnsteadyFrictionPipe(Segments):
         wall: Scalar = 0.0,
         p: Param[Any, "Pa"] | None = None,  # initial pressure at the nodes
         q: Any = None,
+        heat: bool = False,
     ) -> None:
-        self._build(n, length, diameter, liquid, friction, wall, p, q)
+        self._build(n, length, diameter, liquid, friction, wall, p, q, heat)
         self.memory = FrictionMemory.kagawa() if memory is None else memory
         self.k = len(self.memory.weights)
         none: Any = None

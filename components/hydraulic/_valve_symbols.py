@@ -126,13 +126,15 @@ VALVES = {
         40,
         {"a": (0, 20), "b": (60, 20), "c": (30, 0)},
         rect(10, 8, 40, 24) + "M0 20h10M50 20h10M30 0v8M18 12l-8 8 8 8M42 12l8 8-8 8" + circle(22, 20, 6),
-    ),
+    )
+    + with_port("heat", 30, 40, "v-8"),
     "PurgeValve": Symbol(
         60,
         40,
         {"a": (0, 20), "b": (60, 20), "c": (30, 40)},
         rect(10, 8, 40, 24) + "M0 20h10M50 20h10M30 40v-8M18 12l-8 8 8 8M42 12l8 8-8 8" + circle(30, 20, 6),
-    ),
+    )
+    + with_port("heat", 40, 40, "v-8"),
     "SpringLoadedValve": RELIEF,
     "ReliefValve": RELIEF,
     "SnapReliefValve": RELIEF,

@@ -8,8 +8,6 @@ from acausal import Energy, Equations, Param, Scalar, eq, nonnegative, positive
 
 from .._limit import limited
 from ..blocks import Input
-from ..thermal import HeatPort
-from ._heating import heating, lost
 from ._interfaces import TwoPort
 
 
@@ -20,13 +18,8 @@ class Resistance(TwoPort, partial=True):
     those at the temperature stored in the liquid.
     """
 
-    heat: HeatPort | None = None
-
-    def equations(self, d: Any) -> Equations:
-        return super().equations(d) | heating(self.heat, self._loss())
-
     def energy(self) -> Energy:
-        return Energy(dissipated=lost(self.heat, self._loss()))
+        return Energy(dissipated=self._loss())
 
     def _loss(self) -> Scalar:
         return self.dp * self.q

@@ -4,10 +4,10 @@ from typing import Self
 
 from acausal import Component, Energy, Equations, Nominal, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
-from ._interfaces import FluidPort
+from ._interfaces import FluidPort, MixedPart
 
 
-class Volume(Component):
+class Volume(MixedPart):
     """A rigid liquid-filled chamber, dp/dt = bulk_modulus / volume q."""
 
     volume: Param[Scalar, "m3", positive]  # V
@@ -20,6 +20,9 @@ class Volume(Component):
             pressure=eq(self.p, self.port.p),
             compression=eq(self.volume * d.p, self.bulk_modulus * self.port.q),
         )
+
+    def held_liquid(self) -> Scalar:
+        return self.volume * (1.0 + self.p / self.bulk_modulus)
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.volume / self.bulk_modulus * self.p**2)

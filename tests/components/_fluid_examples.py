@@ -7,10 +7,11 @@ from components import blocks, hydraulic
 from components.thermal import HeatPort
 
 # A liquid under pressures of its own order, which cavitates; and the linear one, which takes tension.
-OIL = hydraulic.Liquid(
+LIQUID: dict[str, Any] = dict(
     density=1.2, bulk_modulus=5.0, nu_1=4.0, nu_2=2.0, T_1=1.0, T_2=2.0, temperature=1.4, T_ref=1.0, stiffening=0.3,
     softening=0.2, expansion=0.1, thickening=0.1, air=0.3, atmosphere=1.3, transition_pressure=0.2, vapour_pressure=0.4,
 )  # fmt: skip
+OIL = hydraulic.Liquid(**LIQUID)
 LINEAR = hydraulic.LinearLiquid(density=1.2, bulk_modulus=5.0, viscosity=0.3)
 SIZE: dict[str, Any] = dict(length=0.9, diameter=0.7)
 LOSSES = dict(C_s=0.3, C_v=0.4, C_f=0.2, T_c=0.1)

@@ -65,6 +65,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "HBridge": dict(frequency=100.0),
     "Hysteresis": dict(low=-1.0, high=1.0),
     "MovingAverage": dict(period=1.0, n=2),
+    "HeatExchanger": dict(UA=1.0, resistance_1=1.0, resistance_2=1.0, arrangement=hydraulic.CounterFlow()),
     "HoldingValve": dict(
         R=1.0, L0=1.0, g0=1.0, m=1.0, spring=1.0, preload=1.0, stroke=1.0, seat=1.0, width=1.0, density=1.0
     ),
@@ -85,6 +86,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
     "OpAmp": dict(v_max=1.0, v_min=-1.0),
     "Pipe": PIPE,
+    "PipeWall": dict(G=1.0, inside=hydraulic.WallPort(nodes=3)),
     "PMSM": dict(machine=MACHINE, J=1.0),
     "PMSMDrive": dict(machine=MACHINE, J=1.0, i_max=1.0, C=1.0),
     "PlanetaryGearbox": dict(ratio=3.0, loss=rotational.MeshLoss(efficiency=0.9)),
@@ -113,6 +115,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "Trapezoid": dict(amplitude=1.0, period=4.0, rising=1.0, width=1.0, falling=1.0),
     "UniformNoise": dict(period=1.0, y_min=0.0, y_max=1.0),
     "UnsteadyFrictionPipe": PIPE,
+    "Vessel": dict(area=1.0, density=1.0, height=2.0, heights=[0.0, 1.0]),
     "VariableOrifice": dict(area=1.0, liquid=OIL),
     "VariablePump": PUMP,
     "VoltageComparator": dict(v_max=1.0, v_min=-1.0, band=0.1),

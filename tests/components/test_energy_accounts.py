@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import pytest
 from _drive_examples import DRIVES
 from _fluid_examples import FLUID
+from _warm_examples import COLD, FILLED
 
 from acausal import Component, Scalar
 from acausal.testing import check_component
@@ -34,6 +35,7 @@ def square(t: Scalar) -> Scalar:
 EXAMPLES: tuple[Component, ...] = (
     *DRIVES,
     *FLUID,
+    *COLD,
     blocks.ChirpSine(amplitude=1.3, f0=0.3, f1=0.5, duration=0.9, start_time=0.3),
     blocks.Clock(offset=0.4, start_time=0.3),
     blocks.Constant(k=1.3),
@@ -337,4 +339,10 @@ def test_every_component_has_an_example() -> None:
 @pytest.mark.parametrize("model", [_case(model) for model in EXAMPLES], ids=_name)
 def test_every_component(model: Component) -> None:
     """Units, power balance and gradients, at random points of order one."""
+    check_component(model, sizes=1.0)
+
+
+@pytest.mark.parametrize("model", FILLED, ids=_name)
+def test_every_kind_of_part_that_carries_heat(model: Component) -> None:
+    """The same, with temperatures, heat flows and stored heat."""
     check_component(model, sizes=1.0)

@@ -30,7 +30,7 @@ def accounts(view: Node, path: str = "") -> Iterator[tuple[str, Energy]]:
     if isinstance(view, Component) and type(view).energy is not Component.energy:
         account = view.energy()
         if account is not None:
-            yield path, Energy(*(jnp.asarray(item, float) for item in account))
+            yield path, Energy(*(jnp.asarray(item, float) for item in view.shared_energy(account)))
     for part_path, part in children(view, path):
         if isinstance(view, Array):
             yield from _stacked(part, part_path)

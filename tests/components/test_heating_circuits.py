@@ -1,0 +1,204 @@
+"""Heat exchangers, radiators and thermostats, and the warm-up of an oil circuit, against closed forms."""
+
+from typing import Any
+
+import jax
+import numpy as np
+import pytest
+from _rig import Rig
+
+from acausal import Component, Connections, connect, simulate
+from components.hydraulic import (
+    ConstantFlow,
+    Cooler,
+    CounterFlow,
+    CrossFlow,
+    FixedPump,
+    HeatExchanger,
+    ParallelFlow,
+    Radiator,
+    ReliefValve,
+    ShellAndTube,
+    Tank,
+    Vessel,
+    WilsonLosses,
+    fill,
+    iso_vg_46,
+    water,
+)
+from components.rotational import ConstantSpeed
+from components.thermal import FixedTemperature, HeatPort, ThermalConductor
+
+WATER = water(temperature=293.15, carries_heat=True)
+HEAT = float(WATER.reference_density) * 4182.0  # J/(m3.K)
+
+# N, c and effectiveness of Kays and London's tables, tables 2-2 (counterflow), 2-3 (parallel), 2-4 (cross, unmixed) and
+# 2-8 (one shell pass, two tube passes), in per cent.
+TABLES = {
+    "CounterFlow": [(1.0, 0.0, 63.2), (1.0, 0.5, 56.5), (1.0, 1.0, 50.0), (3.0, 0.5, 87.5), (5.0, 1.0, 83.3)],
+    "ParallelFlow": [(1.0, 0.0, 63.2), (1.0, 0.5, 51.8), (1.0, 1.0, 43.2), (3.0, 0.5, 65.9), (5.0, 1.0, 50.0)],
+    "ShellAndTube": [(1.0, 0.0, 63.2), (1.0, 0.5, 53.8), (1.0, 1.0, 46.3), (3.0, 1.0, 57.9), (5.0, 0.5, 75.8)],
+}
+
+
+@pytest.mark.parametrize("arrangement", [CounterFlow(), ParallelFlow(), ShellAndTube()])
+def test_effectiveness_is_that_of_the_tables(arrangement: Any) -> None:
+    units, ratio, percent = np.array(TABLES[type(arrangement).__name__]).T
+    np.testing.assert_allclose(100.0 * arrangement.effectiveness(units, ratio), percent, atol=0.15)
+    slope = jax.grad(arrangement.effectiveness, argnums=1)
+    np.testing.assert_allclose(slope(2.0, 1.0), slope(2.0, 1.0 - 1e-9), rtol=1e-6)
+
+
+def test_cross_flow_agrees_with_the_series_of_both_streams_unmixed() -> None:
+    """Mason's solution: e = (1/(N c)) sum over n of P_n(N) P_n(N c), P_n(x) = 1 - exp(-x) sum x^m/m! for m <= n."""
+
+    def exact(N: float, c: float) -> float:
+        def missing(x: float) -> np.ndarray:
+            terms = np.cumprod(np.concatenate([[1.0], x / np.arange(1.0, 60.0)]))
+            return 1.0 - np.exp(-x) * np.cumsum(terms)
+
+        return float(np.sum(missing(N) * missing(N * c)) / (N * c))
+
+    for N in (0.5, 1.0, 2.0, 4.0):
+        for c in (0.25, 0.5, 1.0):
+            assert float(CrossFlow().effectiveness(N, c)) == pytest.approx(exact(N, c), rel=0.03)
+    assert float(CrossFlow().effectiveness(2.0, 0.0)) == pytest.approx(-np.expm1(-2.0), rel=1e-12)
+
+
+def exchanging(hot: Any, bath: Any, cold: Any, exchanger: Any, out_1: Any, out_2: Any) -> Connections:
+    return (
+        connect(hot.heat, bath.port),
+        connect(hot.port, exchanger.a_1),
+        connect(exchanger.b_1, out_1.port),
+        connect(cold.port, exchanger.a_2),
+        connect(exchanger.b_2, out_2.port),
+    )
+
+
+def test_a_heat_exchanger_of_two_equal_streams() -> None:
+    """In counterflow with c = 1 and N = 1 half of the difference is exchanged, and heat is conserved."""
+    q = 1e-4
+    exchanger = HeatExchanger(UA=HEAT * q, resistance_1=0.0, resistance_2=0.0, arrangement=CounterFlow())
+    parts = (
+        ConstantFlow(flow=q, heat=HeatPort()),
+        FixedTemperature(temperature=353.15),
+        ConstantFlow(flow=q),
+        exchanger,
+        Tank(),
+        Tank(),
+    )
+    solution = simulate(fill(Rig(parts=parts, wiring=exchanging), WATER), 1.0, save="end", energy=True)
+    found: Any = solution.final.parts[3]
+    np.testing.assert_allclose([found.outlet_1.T, found.outlet_2.T], [323.15, 323.15], atol=1e-4)
+    np.testing.assert_allclose(found.Q_flow, 30.0 * HEAT * q, rtol=1e-6)
+    assert abs(solution.energy.imbalance) < 1e-6 * 30.0 * HEAT * q
+
+
+class OilCircuit(Component):
+    """A pump feeds a relief valve; the oil returns through a cooler into the tank, from which the pump draws it."""
+
+    motor: ConstantSpeed
+    pump: FixedPump
+    relief: ReliefValve
+    cooler: Cooler
+    coolant: FixedTemperature
+    tank: Vessel
+    wall: ThermalConductor
+    room: FixedTemperature
+
+    def connections(self) -> Connections:
+        tank: Any = self.tank
+        return (
+            connect(self.motor.flange, self.pump.shaft),
+            connect(tank.ports[0], self.pump.a),
+            connect(self.pump.b, self.relief.a),
+            connect(self.relief.b, self.cooler.a),
+            connect(self.cooler.b, tank.ports[1]),
+            connect(self.cooler.coolant, self.coolant.port),
+            connect(tank.heat, self.wall.a),
+            connect(self.wall.b, self.room.port),
+        )
+
+
+OIL = iso_vg_46(temperature=293.15, carries_heat=True)
+
+
+def oil_circuit(UA: Any = 150.0, losses: WilsonLosses | None = None) -> OilCircuit:
+    model = OilCircuit(
+        motor=ConstantSpeed(speed=150.0),
+        pump=FixedPump(displacement=2e-6, liquid=iso_vg_46(), losses=losses or WilsonLosses()),
+        relief=ReliefValve(cracking_pressure=100e5, conductance=1e-8),
+        cooler=Cooler(resistance=1e8, UA=UA),
+        coolant=FixedTemperature(temperature=293.15),
+        tank=Vessel(
+            area=0.1, density=float(OIL.reference_density), height=0.6, heights=[0.0, 0.0], h=0.4, heat=HeatPort()
+        ),
+        wall=ThermalConductor(G=20.0),
+        room=FixedTemperature(temperature=293.15),
+    )
+    return fill(model, OIL)
+
+
+def test_warm_up_of_an_oil_circuit() -> None:
+    """By hand: C dT/dt = P - G (T - T_room) - Q, with the power P of the motor and the heat Q of the cooler.
+
+    The cooler sees the tank's temperature plus P/(rho c q), so Q = e rho c q (T + P/(rho c q) - T_coolant): the oil
+    approaches T_room + P (1 - e)/(G + e rho c q) with the time constant C/(G + e rho c q).
+    """
+    times = np.array([600.0, 1800.0, 3600.0])
+    solution = simulate(oil_circuit(), 3600.0, save=times, energy=True, rtol=1e-8)
+    final: Any = solution.final
+    q, power = final.pump.q, -final.motor.flange.tau * 150.0
+    capacity = float(OIL.reference_density) * 1950.0
+    rate = capacity * q
+    e = -np.expm1(-150.0 / rate)
+    heat_capacity, conductance = capacity * 0.1 * (0.4 + 1e-3 * 0.6), 20.0 + e * rate
+    rise = power * (1.0 - e) / conductance
+    expected = 293.15 + rise * -np.expm1(-times * conductance / heat_capacity)
+    assert 15.0 < rise < 60.0
+    np.testing.assert_allclose(solution["tank.heat.T"], expected, atol=2e-3 * rise)
+    assert abs(solution.energy.imbalance) < 1e-6 * power * 3600.0
+
+
+@pytest.mark.slow
+def test_the_gradient_of_the_peak_temperature() -> None:
+    """The hottest oil is behind the relief valve; its viscosity follows, and so does the power of the pump."""
+
+    def peak(UA: Any) -> Any:
+        model = oil_circuit(UA, WilsonLosses(C_s=2e-9, C_v=1e5, C_f=0.02))
+        return simulate(model, 1800.0, save="end", rtol=1e-9, peaks=lambda s: s.relief.heat.T).peaks.value
+
+    slope = jax.jit(jax.grad(peak))(150.0)
+    differences = (peak(151.0) - peak(149.0)) / 2.0
+    assert float(slope) < 0.0
+    np.testing.assert_allclose(slope, differences, rtol=1e-4)
+
+
+def radiating(source: Any, bath: Any, radiator: Any, room: Any, tank: Any) -> Connections:
+    return (
+        connect(source.heat, bath.port),
+        connect(source.port, radiator.a),
+        connect(radiator.b, tank.port),
+        connect(radiator.room, room.port),
+    )
+
+
+def test_a_radiator_at_its_data_sheet() -> None:
+    """EN 442: 75 C in, 65 C out, 20 C room, which is an excess of 50 K; then half the flow, by the balance of heat."""
+    nominal = 1000.0
+    for share in (1.0, 0.5):
+        q = share * nominal / (HEAT * 10.0)
+        parts = (
+            ConstantFlow(flow=q, heat=HeatPort()),
+            FixedTemperature(temperature=348.15),
+            Radiator(Q_nominal=nominal, volume=2e-3),
+            FixedTemperature(temperature=293.15),
+            Tank(),
+        )
+        found: Any = simulate(fill(Rig(parts=parts, wiring=radiating), WATER), 2e4, save="end").final.parts[2]
+        output = -float(found.room.Q_flow)
+        excess = 0.5 * (348.15 + found.heat.T) - 293.15
+        assert output == pytest.approx(nominal * (excess / 50.0) ** 1.3, rel=1e-5)
+        assert output == pytest.approx(HEAT * q * (348.15 - found.heat.T), rel=1e-3)
+        if share == 1.0:
+            assert output == pytest.approx(nominal, rel=1e-3)
