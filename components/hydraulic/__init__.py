@@ -2,8 +2,8 @@
 
 The flow q of a port is the mass flow over the density of the liquid at atmospheric pressure. Components with a `Liquid`
 account for changes of density, with entrained air and cavitation; others, such as `Line`, `Volume` and `SlaveCylinder`,
-assume a constant density. If a component has a heat port, its losses leave there. `fill` with a liquid that carries heat
-adds temperatures to a circuit. Not modelled: dissolved air.
+assume a constant density. If a component has a heat port, its losses leave there. `fill` with a liquid that carries
+heat adds temperatures to a circuit. Not modelled: dissolved air.
 """
 
 from typing import TYPE_CHECKING
