@@ -1,8 +1,8 @@
 """What a liquid needs to carry heat, and the heat that it carries from a node into a part."""
 
-import copy
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 
 from acausal import Param, Port, Record, Scalar, eq, positive
@@ -58,7 +58,7 @@ class HeatCarrier(Record):
 
 def with_carrier(part: Any, carrier: HeatCarrier, **heats: Port) -> Any:
     """A copy of a part that carries heat, with those of the heat ports that it does not have already."""
-    changed = copy.copy(part)
+    changed = jax.tree_util.tree_map(lambda leaf: leaf, part)
     missing = {name: heat for name, heat in heats.items() if getattr(part, name) is None}
     for name, value in dict(carrier=carrier, **missing).items():
         object.__setattr__(changed, name, value)

@@ -9,11 +9,13 @@ from acausal import (
     Equations,
     Events,
     Param,
+    ParameterError,
     Requirements,
     Scalar,
     Var,
     Vector,
     eq,
+    magnitude,
     nonnegative,
     positive,
     prefer,
@@ -22,6 +24,7 @@ from acausal import (
     shape,
 )
 
+from .._checks import numbers
 from .._limit import positive_part
 from ._interfaces import FluidPort, MixedPart
 
@@ -60,13 +63,15 @@ class Vessel(MixedPart):
         heat: Any = None,
     ) -> None:
         self.area, self.density, self.height, self.pressure, self.g = area, density, height, pressure, g
-        self.heights = jnp.asarray(heights, float)
-        self.n = self.heights.shape[-1]
+        self.heights = numbers(self, "heights", magnitude(heights, "m", "Vessel.heights"))
+        if self.heights.ndim != 1:
+            raise ParameterError("Vessel.heights must be a list of one height for each port.")
+        self.n = len(self.heights)
         self.h, self.heat, self.carrier = h, heat, None
         self.ports = tuple(FluidPort() for _ in range(self.n))
 
     def requirements(self) -> Requirements:
-        return (require(jnp.all(self.heights <= self.height), "heights must be at most height"),)
+        return (require(jnp.max(self.heights) <= self.height, "heights must be at most height"),)
 
     def equations(self, d: Self) -> Equations:
         below = [positive_part(self.h - z) for z in self.heights]
