@@ -2,6 +2,7 @@
 
 import functools as ft
 import inspect
+import weakref
 from collections.abc import Mapping, Sequence
 
 from .._errors import ArgumentError, suggestion
@@ -49,14 +50,17 @@ def argument_names(cls: type) -> frozenset[str]:
     return frozenset(_parameters(cls) or ())
 
 
-_GIVEN = "given_arguments"
+# The arguments of nodes by their identity: equinox counts the attributes of an object, so they cannot be one.
+_GIVEN: dict[int, tuple[weakref.ref[object], Mapping[str, object]]] = {}
 
 
 def remember_arguments(node: object, arguments: Mapping[str, object]) -> None:
-    """Keep the constructor arguments beside the fields of a node. Transformations of jax do not keep them."""
-    object.__setattr__(node, _GIVEN, dict(arguments))
+    """Keep the constructor arguments of a node as long as it lives. Transformations of jax and files do not."""
+    key = id(node)
+    _GIVEN[key] = weakref.ref(node, lambda _: _GIVEN.pop(key, None)), dict(arguments)
 
 
 def given_arguments(node: object) -> Mapping[str, object] | None:
     """The arguments with which a node was built; None if they are lost."""
-    return vars(node).get(_GIVEN)
+    found = _GIVEN.get(id(node))
+    return found[1] if found is not None and found[0]() is node else None

@@ -41,7 +41,7 @@ def with_arguments(node: N, changes: Mapping[str, object], path: str) -> N:
     if given is None:
         raise ModelError(
             f"{names}: the constructor computes parameters from this argument, which a model does not keep through "
-            "jit, vmap, grad or tree_at. Replace it before."
+            "jit, vmap, grad, tree_at or a file. Replace it before."
         )
     if argument_names(type(node)) == {field.name for field in dataclasses.fields(node) if field.init}:
         return type(node)(**{**given, **changes})

@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import jax
 
 from .annotations import Declaration
+from .arguments import given_arguments, remember_arguments
 
 T = TypeVar("T")
 
@@ -32,6 +33,8 @@ def copied(node: T, changes: Mapping[str, object]) -> T:
     copy = object.__new__(type(node))
     for name, value in {**vars(node), **changes}.items():
         object.__setattr__(copy, name, value)
+    if (given := given_arguments(node)) is not None:
+        remember_arguments(copy, given)
     return copy
 
 

@@ -1,5 +1,7 @@
 """After `replace`, a component is one that its constructor accepts, or it is refused."""
 
+import dataclasses
+import pickle
 import re
 from typing import Any
 
@@ -99,6 +101,16 @@ def test_arguments_of_constructors_are_replaced() -> None:
     for fixed, name in ((translational.Fixed(s0=1.0), "s0"), (rotational.Fixed(phi0=1.0), "phi0")):
         for path in (name, f"place.{name}"):
             assert float(parameters(replace(fixed, {path: 2.0}))[f"place.{name}"]) == 2.0
+
+
+def test_arguments_are_no_part_of_a_model() -> None:
+    """A model that was built and one that went through jax or a file have one structure."""
+    mass = translational.Mass(m=2.0, s=0.3)
+    assert len(vars(mass)) == len(dataclasses.fields(mass))
+    again = jax.tree_util.tree_map(lambda x: x, mass)
+    assert jax.tree_util.tree_structure(again) == jax.tree_util.tree_structure(mass)
+    for copy in (pickle.loads(pickle.dumps(mass)), pickle.loads(pickle.dumps(again))):
+        assert parameters(copy) == parameters(mass)
 
 
 def test_a_traced_model_does_not_know_its_arguments() -> None:
