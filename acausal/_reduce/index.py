@@ -164,9 +164,14 @@ def _pieces(start: list[int], edges: list[list[int]], partner: np.ndarray) -> li
 
 
 def _hint(table: Incidence, under: set[int]) -> str:
-    """The missing reference, if all undetermined variables are across variables of ports."""
+    """The open inputs of the model, or the missing reference, if all undetermined variables are those of ports."""
     flat = table.flat
     leaves = [flat.leaves[flat.leaf_of_node[table.variables[v]]] for v in under]
+    inputs = dict.fromkeys(
+        leaf.path.rpartition(".")[0] for leaf in leaves if leaf.port is not None and leaf.port.needs_connection
+    )
+    if inputs:
+        return f": nothing is connected to {listed(sorted(inputs))}. Make the model a part, and connect it."
     if all(leaf.in_port and leaf.declaration.role == "var" for leaf in leaves):
         return f": nothing fixes their level, so connect {reference_of(leaves)}."
     return "."

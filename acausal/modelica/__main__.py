@@ -17,6 +17,7 @@ from ._load import load
 from ._scoreboard.compare import Compared, compared
 from ._scoreboard.reference import models_in
 from ._scoreboard.table import FAILURES, save, saved, written
+from ._scoreboard.twins.run import differing, run_twins
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -41,7 +42,8 @@ def _parser() -> argparse.ArgumentParser:
         _add_roots(command)
     board = commands.add_parser("scoreboard", help="compare a library with published results")
     _add_roots(board, required=True)
-    board.add_argument("--references", required=True, help="folder with reference results")
+    board.add_argument("--references", help="folder with reference results")
+    board.add_argument("--twins", action="store_true", help="compare our components with those of the Standard Library")
     board.add_argument(
         "--rows", default="scoreboard.jsonl", help="file of results, to which a run adds what is missing"
     )
@@ -102,15 +104,24 @@ def _elements(name: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
 
 
 def _scoreboard(options: argparse.Namespace) -> int:
+    if not options.references and not options.twins:
+        raise ModelError("Give --references, the folder with reference results, or --twins.")
+    twins = run_twins(options.roots) if options.twins else {}
+    rows = _compared_models(options) if options.references else []
+    if options.table:
+        text = written(rows, "signals within 1e-3 of their range", twins)
+        Path(options.table).write_text(text, encoding="utf-8")
+    return 1 if differing(twins) else 0
+
+
+def _compared_models(options: argparse.Namespace) -> list[Compared]:
     references = models_in(Path(options.references))
     if not references:
         raise ModelError(f"{options.references} has no folder with comparisonSignals.txt.")
     if options.one:
-        save(
-            compared(options.one, options.roots, references[options.one], gradient=options.gradients),
-            Path(options.rows),
-        )
-        return 0
+        row = compared(options.one, options.roots, references[options.one], gradient=options.gradients)
+        save(row, Path(options.rows))
+        return [row]
     wanted = [name for name in references if options.only in name]
     if not wanted:
         raise ModelError(f"No model with a reference has a name that contains {options.only!r}.")
@@ -120,10 +131,7 @@ def _scoreboard(options: argparse.Namespace) -> int:
             _in_own_process(name, options, before)
         row = saved(Path(options.rows))[name]
         print(f"{number}/{len(wanted)} {name}: {row.stage} {row.reason[:80]}", flush=True)
-    if options.table:
-        rows = [row for name, row in saved(Path(options.rows)).items() if options.only in name]
-        Path(options.table).write_text(written(rows, "signals within 1e-3 of their range"), encoding="utf-8")
-    return 0
+    return [row for name, row in saved(Path(options.rows)).items() if options.only in name]
 
 
 def _in_own_process(name: str, options: argparse.Namespace, before: Compared | None) -> None:

@@ -8,6 +8,7 @@ from typing import Any, get_args
 from .._errors import ModelicaError
 from . import equations, functions, stored
 from .failures import failure, syntax_error
+from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
 from .session import rumoca, session
 from .sources import Sources, number, used
@@ -38,6 +39,7 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     """
     if error := syntax_error(request):
         raise error
+    refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
     return hides, equations.shown(functions.shown(content))

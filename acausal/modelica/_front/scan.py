@@ -2,7 +2,7 @@
 
 import bisect
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 _PASSIVE = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|/\*.*?\*/|\'(?:[^\'\\\n]|\\.)+\'', re.S)
 _BRACKET = re.compile(r"[(\[{]|[)\]}]|;")
@@ -48,3 +48,17 @@ def classes(plain: str) -> Callable[[int], str | None]:
         starts.append(found.start())
         kinds.append(open_ones[-1][1] if open_ones else None)
     return lambda at: kinds[bisect.bisect_right(starts, at) - 1]
+
+
+def declared_partial(text: str, path: Sequence[str]) -> bool:
+    """Whether a text declares the class of this path as partial."""
+    plain = masked(text)
+    around: list[str] = []
+    for found in _CLASS.finditer(plain):
+        if found["end"] is None:
+            around.append(found["name"])
+            if around == list(path):
+                return re.search(r"\bpartial\s+$", plain[max(0, found.start() - 200) : found.start()]) is not None
+        elif around and around[-1] == found["end"]:
+            around.pop()
+    return False

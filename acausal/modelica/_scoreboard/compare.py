@@ -94,8 +94,10 @@ def signal(flat: FlatModelica, solution: Solution, name: str) -> np.ndarray | No
     is_element = bool(bracket) and base in flat.variables
     place = tuple(int(i) - 1 for i in index[:-1].split(",")) if is_element else ()
     whole = base if is_element else name
-    if attribute_path(whole) in solution:
-        return np.asarray(solution[attribute_path(whole)])[(..., *place)]
+    path = attribute_path(whole)
+    for own in (path, f"{path}.value"):  # an input or output of the model is a port, whose variable is `value`
+        if own in solution:
+            return np.asarray(solution[own])[(..., *place)]
     known = KnownValues(flat)
     return np.asarray(known[whole], float)[place] if whole in known else None
 

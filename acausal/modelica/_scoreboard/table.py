@@ -5,7 +5,7 @@ import datetime
 import json
 import re
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from .compare import Compared
@@ -19,17 +19,30 @@ def library_of(model: str) -> str:
     return ".".join(parts[:2]) if parts and parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
 
 
-def written(rows: Iterable[Compared], about: str) -> str:
-    """A page in Markdown: counts by sub-library, and each model, with its largest deviation or why it fails."""
+def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[str, float]]) -> str:
+    """A page in Markdown: counts by sub-library, the twins, and each model, with its largest deviation or why it fails.
+
+    `twins` are the deviations of the signals of each circuit that was made twice.
+    """
     rows = sorted(rows, key=lambda row: row.model)
     libraries: dict[str, list[Compared]] = collections.defaultdict(list)
     for row in rows:
         libraries[library_of(row.model)].append(row)
     lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_HEAD]
     lines += [_line(name, own) for name, own in sorted(libraries.items())]
-    lines += [_line("**all**", rows), "", "| Model | Result | Reason |", "|---|---|---|"]
+    lines += [_line("**all**", rows), "", *_twin_lines(twins), "| Model | Result | Reason |", "|---|---|---|"]
     lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows]
     return "\n".join(lines) + "\n"
+
+
+def _twin_lines(twins: Mapping[str, Mapping[str, float]]) -> list[str]:
+    """A table of the circuits made twice: the deviation of each signal, relative to its range."""
+    if not twins:
+        return []
+    lines = ["| Circuit made twice | Largest deviations, relative to the range of the signal |", "|---|---|"]
+    for name, deviations in twins.items():
+        lines.append(f"| {name} | " + ", ".join(f"{signal} {value:.1g}" for signal, value in deviations.items()) + " |")
+    return [*lines, ""]
 
 
 _HEAD = [

@@ -1,0 +1,1 @@
+"""Circuits made twice: of our components, and of the classes of the Modelica Standard Library."""

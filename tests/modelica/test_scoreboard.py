@@ -1,0 +1,86 @@
+"""The comparison of models with references, and of circuits made twice."""
+
+import dataclasses
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acausal import StructureError, simulate
+from acausal.modelica import ModelicaError, load
+from acausal.modelica._load import flat_of
+from acausal.modelica._scoreboard.compare import signal
+from acausal.modelica._scoreboard.twins.heat_and_signals import twins
+from acausal.modelica._scoreboard.twins.run import deviations, differing
+
+pytest.importorskip("rumoca")
+
+LAG = """
+package P
+  connector RealInput = input Real;
+  connector RealOutput = output Real;
+  partial block Base
+    RealInput u;
+    RealOutput y;
+  end Base;
+  block Lag
+    extends Base;
+    Real s(start = 1, fixed = true);
+  equation
+    der(s) = u - s;
+    y = 2 * s;
+  end Lag;
+  model Decay
+    RealOutput y;
+    Real s(start = 1, fixed = true);
+  equation
+    der(s) = -s;
+    y = 2 * s;
+  end Decay;
+end P;
+"""
+LOOP = """
+model Loop
+  parameter Real gain = 2;
+  record Signal Real y; end Signal;
+  Signal plant, controller;
+  Real x(start = 0, fixed = true), v(start = 0, fixed = true), e;
+equation
+  e = (if time < 0.2 then 0 else 1) - v;
+  0.3 * der(x) = e;
+  0.5 * der(v) = 1.5 * controller.y - v;
+  controller.y = gain * (e + x);
+  plant.y = v;
+end Loop;
+"""
+
+
+def test_an_output_of_the_model_is_a_signal() -> None:
+    flat = flat_of(LAG, "P.Decay")
+    solution = simulate(load(LAG, "P.Decay"), 1.0, save="end")
+    assert signal(flat, solution, "y") == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
+
+
+def test_an_open_input_of_the_model_is_named() -> None:
+    with pytest.raises(StructureError, match=r"nothing is connected to u\. Make the model a part"):
+        simulate(load(LAG, "P.Lag"), 1.0)
+
+
+def test_partial_models_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ModelicaError, match=r"P\.Base is partial"):
+        load(LAG, "P.Base")
+    (tmp_path / "P").mkdir()
+    (tmp_path / "P" / "package.mo").write_text("package P partial model A end A; end P;")
+    (tmp_path / "P" / "B.mo").write_text("within P; partial model B Real x; end B;")
+    for name in ("P.A", "P.B"):
+        with pytest.raises(ModelicaError, match=f"{name} is partial"):
+            load("", name, roots=[tmp_path])
+
+
+def test_twins_are_compared() -> None:
+    """The loop of the twins without the Standard Library; a twin with another gain deviates."""
+    loop = dataclasses.replace(next(twin for twin in twins() if twin.name == "Loop"), text=LOOP)
+    other = dataclasses.replace(loop, text=LOOP.replace("gain = 2", "gain = 2.1"))
+    found: Any = {"right": deviations(loop, []), "other": deviations(other, [])}
+    assert differing(found) == ["other"]
