@@ -78,6 +78,7 @@ def test_partial_models_are_refused(tmp_path: Path) -> None:
             load("", name, roots=[tmp_path])
 
 
+@pytest.mark.thorough
 def test_twins_are_compared() -> None:
     """The loop of the twins without the Standard Library; a twin with another gain deviates."""
     loop = dataclasses.replace(next(twin for twin in twins() if twin.name == "Loop"), text=LOOP)

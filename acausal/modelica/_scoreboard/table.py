@@ -20,7 +20,7 @@ def library_of(model: str) -> str:
 
 
 def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[str, float]]) -> str:
-    """A page in Markdown: counts by sub-library, the twins, and each model, with its largest deviation or why it fails.
+    """A page in Markdown: the twins, counts by sub-library, and each model, with its largest deviation or why it fails.
 
     `twins` are the deviations of the signals of each circuit that was made twice.
     """
@@ -28,10 +28,11 @@ def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[st
     libraries: dict[str, list[Compared]] = collections.defaultdict(list)
     for row in rows:
         libraries[library_of(row.model)].append(row)
-    lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_HEAD]
-    lines += [_line(name, own) for name, own in sorted(libraries.items())]
-    lines += [_line("**all**", rows), "", *_twin_lines(twins), "| Model | Result | Reason |", "|---|---|---|"]
-    lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows]
+    lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_twin_lines(twins)]
+    if rows:
+        lines += [*_HEAD, *(_line(name, own) for name, own in sorted(libraries.items()))]
+        lines += [_line("**all**", rows), "", "| Model | Result | Reason |", "|---|---|---|"]
+        lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
