@@ -26,8 +26,8 @@ from components.rotational import Fixed, IdealGear, Inertia, SpringDamper
 """,
     "the clutch actuators": "import studies.actuators",
     "every component": """
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
-for package in (blocks, electrical, hydraulic, rotational, thermal, translational):
+from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
+for package in (blocks, electrical, hydraulic, planar, rotational, thermal, translational):
     for name in dir(package):
         getattr(package, name)
 """,

@@ -8,6 +8,7 @@ PACKAGES = {
     "electrical": "Modelica.Electrical.Analog",
     "rotational": "Modelica.Mechanics.Rotational",
     "translational": "Modelica.Mechanics.Translational",
+    "planar": "Modelica.Mechanics.MultiBody",
     "thermal": "Modelica.Thermal.HeatTransfer",
 }
 
@@ -39,6 +40,11 @@ _SAME = {
         "SupportFriction",
         "Sensors": "ForceSensor MultiSensor PositionSensor PowerSensor SpeedSensor",
         "Sources": "ConstantForce ConstantSpeed LinearSpeedDependentForce QuadraticSpeedDependentForce",
+    },
+    "planar": {
+        "Parts": "Body Fixed FixedTranslation",
+        "Joints": "Prismatic Revolute",
+        "Forces": "Damper Spring",
     },
     "thermal": {
         "Components": "BodyRadiation Convection HeatCapacitor ThermalConductor",
@@ -93,6 +99,12 @@ _OTHER = {
         "SignalPosition": "Sources.Position",
         "SignalSpeed": "Sources.Speed",
         "SlidingMass": "Components.Mass",
+    },
+    "planar": {
+        "DistanceSensor": "Sensors.Distance",
+        "ForceSensor": "Sensors.CutForceAndTorque",
+        "LineForce": "Forces.LineForceWithMass",
+        "SignalForce": "Forces.WorldForceAndTorque",
     },
     "thermal": {
         "ConstantHeatFlow": "Sources.FixedHeatFlow",

@@ -8,6 +8,7 @@ MODULES = {
     "electrical": "Electrical",
     "rotational": "Mechanical.Rotational",
     "translational": "Mechanical",
+    "planar": "Mechanical.PlanarMechanics",
     "thermal": "Thermal",
 }
 
@@ -19,6 +20,7 @@ _SAME = {
     "rotational": "AngleSensor ConstantTorque Damper Fixed IdealGear Inertia SpeedSensor Spring SpringDamper "
     "TorqueSensor",
     "translational": "",
+    "planar": "Body Fixed FixedTranslation Prismatic Revolute",
     "thermal": "BodyRadiation FixedTemperature HeatCapacitor HeatFlowSensor RelativeTemperatureSensor "
     "TemperatureSensor ThermalConductor",
 }
@@ -46,6 +48,7 @@ _OTHER = {
         "SignalSpeed": "Translational.Velocity",
         "Spring": "TranslationalModelica.Spring",
     },
+    "planar": {"PositionSensor": "AbsolutePosition", "SpeedSensor": "AbsoluteVelocity"},
     "thermal": {
         "ConstantHeatFlow": "FixedHeatFlow",
         "Convection": "ConvectiveConductor",
@@ -63,7 +66,7 @@ MODELINGTOOLKIT = {
 MISSING = (
     "Blocks: MatrixGain, Feedback, Add3, Square, Triangular, Cosine (a Sine with its phase), and functions one by one, "
     "such as Sqrt and Atan2 (a Function); Electrical: Short, MultiSensor, PotentialSensor, transistors, digital logic; "
-    "Thermal: ConvectiveResistor, ThermalResistor, ThermalCollector; Magnetic; PlanarMechanics, MultiBody2D"
+    "Thermal: ConvectiveResistor, ThermalResistor, ThermalCollector; Magnetic; MultiBody2D"
 )
 
 

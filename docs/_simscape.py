@@ -91,6 +91,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "StribeckFriction": "Translational Friction",
         "Vehicle": "Vehicle Body",
     },
+    "planar": {},
     "thermal": {
         "BodyRadiation": "Radiative Heat Transfer",
         "ConstantHeatFlow": "Heat Flow Rate Source",

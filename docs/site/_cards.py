@@ -11,7 +11,7 @@ from typing import Any
 from acausal import Component, Record
 from acausal._declare.class_card import Row, card_of, own_text
 from acausal._show.symbol import DARK, symbol_svg
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
 
 from .._execute import ROOT
 from .._exported import exported
@@ -27,7 +27,7 @@ from ._tables import table
 
 DOMAINS = {
     package.__name__.rpartition(".")[2]: package
-    for package in (blocks, electrical, rotational, translational, hydraulic, thermal)
+    for package in (blocks, electrical, rotational, translational, planar, hydraulic, thermal)
 }
 _COLUMNS = {
     "Parameters": ("Name", "Unit", "Range", "Default", "Meaning"),

@@ -30,6 +30,10 @@ _FIRST = {
         {"force": "translational.ConstantForce(force=100.0)", "mass": "translational.Mass(m=1.0)"},
         ("self.force.flange, self.mass.a", "self.mass.b, PORT"),
     ),
+    "planar.Frame": _Partner(
+        {"wall": "planar.Fixed()", "hinge": "planar.Revolute()", "arm": "planar.FixedTranslation(rx=0.5)"},
+        ("self.wall.frame, self.hinge.a", "self.hinge.b, self.arm.a", "self.arm.b, PORT"),
+    ),
     "hydraulic.FluidPort": _Partner(
         {"pump": "hydraulic.ConstantPressure(pressure=100e5)", "hose": "hydraulic.LaminarResistance(resistance=1e9)"},
         ("self.pump.port, self.hose.a", "self.hose.b, PORT"),
@@ -52,6 +56,7 @@ _NEXT = {
         {"load": "translational.Mass(m=1.0)", "guide": "translational.ViscousFriction(C=100.0)"},
         ("PORT, self.load.a", "self.load.b, self.guide.flange"),
     ),
+    "planar.Frame": _Partner({"body": "planar.Body(m=1.0, J=0.01)"}, ("PORT, self.body.frame",)),
     "hydraulic.FluidPort": _Partner({"tank": "hydraulic.Tank()"}, ("PORT, self.tank.port",)),
 }
 _SPECIAL = {"IdealOpAmp", "PurgeValve"}  # work in circuits of their own kind only

@@ -12,12 +12,12 @@ from IPython.core.formatters import HTMLFormatter
 from IPython.core.interactiveshell import InteractiveShell
 
 from acausal import Component, Energy, Equations, Param, Port, Record, Scalar, Var, eq, positive
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
 from components.electrical import DCMotor, Pin, Resistor
 from components.hydraulic import Pipe
 from components.rotational import Flange, IdealGear, Inertia, MeshLoss, SpringDamper
 
-DOMAINS = (blocks, electrical, hydraulic, rotational, thermal, translational)
+DOMAINS = (blocks, electrical, hydraulic, planar, rotational, thermal, translational)
 CLASSES = [cls for domain in DOMAINS for _, cls in inspect.getmembers(domain, inspect.isclass)]
 MODELS = [cls for cls in CLASSES if issubclass(cls, Component | Port | Record)]
 

@@ -3,7 +3,7 @@
 from typing import Any
 
 from acausal import Component
-from components import electrical, rotational, translational
+from components import electrical, planar, rotational, translational
 from components.thermal import HeatPort
 
 MACHINE = electrical.DqMachine(p=2.0, psi=0.7, Ld=0.4, Lq=0.6, Rs=0.3)
@@ -56,4 +56,23 @@ MECHANICS: tuple[Component, ...] = (
     translational.Lever(arm_a=0.7, arm_b=1.3),
     translational.Lever(arm_a=0.7, arm_b=-1.3, fulcrum=translational.Flange()),
 )
-DRIVES: tuple[Component, ...] = ELECTRIC + MECHANICS
+PLANAR: tuple[Component, ...] = (
+    planar.Bar(m=1.3, L=0.7, g=0.6),
+    planar.Body(m=1.3, J=0.7, g=0.6),
+    planar.ConstantForce(fx=1.3, fy=0.4, tau=0.6),
+    planar.Damper(d=1.3),
+    planar.DistanceSensor(),
+    planar.Fixed(x0=0.3, y0=0.2, phi0=0.4),
+    planar.FixedTranslation(rx=0.7, ry=0.4),
+    planar.ForceSensor(),
+    planar.LineForce(),
+    planar.PositionSensor(),
+    planar.Prismatic(angle=0.3),
+    planar.Prismatic(angle=0.3, rod=translational.Flange()),
+    planar.Revolute(),
+    planar.Revolute(shaft=rotational.Flange()),
+    planar.SignalForce(),
+    planar.SpeedSensor(),
+    planar.Spring(c=1.3, L_0=0.4),
+)
+DRIVES: tuple[Component, ...] = ELECTRIC + MECHANICS + PLANAR

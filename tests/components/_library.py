@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from acausal import Component, Scalar
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
 
 
 def wave(x: Scalar) -> Scalar:
@@ -139,7 +139,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 
 
 def _library() -> list[type]:
-    modules = (blocks, electrical, hydraulic, rotational, thermal, translational)
+    modules = (blocks, electrical, hydraulic, planar, rotational, thermal, translational)
     found = [cls for module in modules for _, cls in inspect.getmembers(module, inspect.isclass)]
     return [cls for cls in found if issubclass(cls, Component) and not cls._partial]
 

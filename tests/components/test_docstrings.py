@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-PACKAGES = ("blocks", "electrical", "hydraulic", "rotational", "thermal", "translational")
+PACKAGES = ("blocks", "electrical", "hydraulic", "planar", "rotational", "thermal", "translational")
 _POINTER = re.compile(r"[Ss]ee `([A-Z]\w+)`")
 
 

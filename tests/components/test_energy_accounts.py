@@ -12,9 +12,9 @@ from _warm_examples import COLD, FILLED
 
 from acausal import Component, Scalar
 from acausal.testing import check_component
-from components import blocks, electrical, hydraulic, rotational, thermal, translational
+from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
 
-DOMAINS = (blocks, electrical, hydraulic, rotational, thermal, translational)
+DOMAINS = (blocks, electrical, hydraulic, planar, rotational, thermal, translational)
 
 ANGLES = jnp.linspace(0.0, 2.0 * jnp.pi, 9)
 LIFTS = 0.3 * (1.0 - jnp.cos(ANGLES))

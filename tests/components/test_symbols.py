@@ -11,7 +11,7 @@ import pytest
 from acausal import Component
 from acausal._show.symbol import box, ports_of_class, symbol_of, symbol_svg
 
-DOMAINS = ("blocks", "electrical", "hydraulic", "rotational", "thermal", "translational")
+DOMAINS = ("blocks", "electrical", "hydraulic", "planar", "rotational", "thermal", "translational")
 PACKAGES = {domain: importlib.import_module(f"components.{domain}") for domain in DOMAINS}
 TABLES: dict[str, Any] = {
     domain: importlib.import_module(f"components.{domain}._symbols").SYMBOLS for domain in DOMAINS

@@ -1,0 +1,101 @@
+"""Mechanisms in the plane against closed forms."""
+
+import itertools
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _rig import Rig
+from scipy.integrate import solve_ivp
+from scipy.special import ellipk
+
+from acausal import Connections, connect, initialise, simulate
+from components.planar import Bar, Body, Fixed, FixedTranslation, Revolute
+
+G = 9.80665
+
+
+def _chain(wall: Any, *links: Any) -> Connections:
+    """Joints and links in turn."""
+    joints = [connect(one.b, other.a) for one, other in itertools.pairwise(links)]
+    return (connect(wall.frame, links[0].a), *joints)
+
+
+@pytest.mark.thorough
+def test_a_bar_falls_from_the_horizontal() -> None:
+    """w^2 = 3 g/L at the bottom, after K(1/2) sqrt(2 L/(3 g))."""
+    rig = Rig(parts=(Fixed(), Revolute(), Bar(m=0.7, L=0.4)), wiring=_chain)
+    sol = simulate(rig, 2.0, until=lambda s: s.parts[1].phi + 0.5 * jnp.pi, rtol=1e-10, save="end")
+    np.testing.assert_allclose(sol.final.parts[1].w, -np.sqrt(3.0 * G / 0.4), rtol=1e-8)
+    np.testing.assert_allclose(sol.t1, ellipk(0.5) * np.sqrt(0.8 / (3.0 * G)), rtol=1e-8)
+
+
+def _hung(wall: Fixed, *parts: Any) -> Connections:
+    j1, l1, b1, j2, l2, b2 = parts
+    return (
+        *_chain(wall, j1, l1, j2, l2),
+        connect(l1.b, b1.frame),
+        connect(l2.b, b2.frame),
+    )
+
+
+@pytest.mark.thorough
+def test_double_pendulum() -> None:
+    """Lagrange's equations of two bodies on massless links, in the absolute angles."""
+    m, J, L = (2.0, 1.0), (0.1, 0.05), (0.7, 0.4)
+
+    def rates(_: float, z: Any) -> Any:
+        a, b, wa, wb = z
+        c, s = m[1] * L[0] * L[1] * np.cos(a - b), m[1] * L[0] * L[1] * np.sin(a - b)
+        mass = [[J[0] + sum(m) * L[0] ** 2, c], [c, J[1] + m[1] * L[1] ** 2]]
+        loads = [-s * wb**2 - sum(m) * G * L[0] * np.cos(a), s * wa**2 - m[1] * G * L[1] * np.cos(b)]
+        return [wa, wb, *np.linalg.solve(mass, loads)]
+
+    links = [part for i in range(2) for part in (FixedTranslation(rx=L[i]), Body(m=m[i], J=J[i]))]
+    joints = (Revolute(phi=-0.5, w=1.0), Revolute(phi=0.3, w=-0.4))
+    rig = Rig(parts=(Fixed(), joints[0], *links[:2], joints[1], *links[2:]), wiring=_hung)
+    end = simulate(rig, 1.0, save="end", rtol=1e-9).final.parts
+    there = solve_ivp(rates, (0.0, 1.0), [-0.5, -0.2, 1.0, 0.6], rtol=1e-11, atol=1e-12).y[:, -1]
+    np.testing.assert_allclose([end[2].a.phi, end[5].a.phi, end[3].w, end[6].w], there, rtol=1e-6)
+
+
+FRAME, CRANK, COUPLER, ROCKER = 0.5, 0.2, 0.5, 0.4
+
+
+def _four_bar(ends: Any, joints: Any, bars: Any) -> Connections:
+    (left, right), (a, b, c, d), (crank, coupler, rocker) = ends, joints, bars
+    return (
+        *_chain(left, a, crank, b, coupler, c),
+        connect(right.frame, d.a),
+        connect(d.b, rocker.a),
+        connect(rocker.b, c.b),
+    )
+
+
+def four_bar() -> Rig:
+    """A crank that turns fully and a rocker, assembled from guesses of two joint angles."""
+    bars = (Bar(m=1.0, L=CRANK), Bar(m=2.0, L=COUPLER), Bar(m=1.5, L=ROCKER))
+    joints = (Revolute(phi=1.0, w=12.0), Revolute(phi=-0.8), Revolute(), Revolute(phi=1.3))
+    rig = Rig(parts=((Fixed(), Fixed(x0=FRAME)), joints, bars), wiring=_four_bar)
+    return initialise(rig, free=["parts[1][1].phi", "parts[1][3].phi"])
+
+
+@pytest.fixture(scope="module")
+def turning() -> Any:
+    return simulate(four_bar(), 1.0, save=jnp.linspace(0.0, 1.0, 21), rtol=1e-8, energy=True)
+
+
+@pytest.mark.slow
+def test_four_bar_linkage_keeps_freudensteins_equation(turning: Any) -> None:
+    """K1 cos(psi) - K2 cos(phi) + K3 = cos(phi - psi) between crank and rocker, over whole turns."""
+    phi, psi = np.asarray(turning["parts[1][0].phi"]), np.asarray(turning["parts[1][3].phi"])
+    K3 = (CRANK**2 - COUPLER**2 + ROCKER**2 + FRAME**2) / (2.0 * CRANK * ROCKER)
+    left = FRAME / CRANK * np.cos(psi) - FRAME / ROCKER * np.cos(phi) + K3
+    assert np.ptp(phi) > 2.0 * np.pi
+    np.testing.assert_allclose(left, np.cos(phi - psi), atol=1e-8)
+
+
+@pytest.mark.slow
+def test_four_bar_linkage_keeps_its_energy(turning: Any) -> None:
+    assert abs(turning.energy.imbalance[-1]) < 1e-5
