@@ -153,9 +153,7 @@ def oil_circuit(UA: Any = 150.0, losses: WilsonLosses | None = None) -> OilCircu
         relief=ReliefValve(cracking_pressure=100e5, conductance=1e-8),
         cooler=Cooler(resistance=1e8, UA=UA),
         coolant=FixedTemperature(temperature=293.15),
-        tank=Vessel(
-            area=0.1, density=float(OIL.reference_density), height=0.6, heights=[0.0, 0.0], h=0.4, heat=HeatPort()
-        ),
+        tank=Vessel(area=0.1, density=OIL.reference_density, height=0.6, heights=[0.0, 0.0], h=0.4, heat=HeatPort()),
         wall=ThermalConductor(G=20.0),
         room=FixedTemperature(temperature=293.15),
     )
