@@ -10,7 +10,7 @@ import re
 import zlib
 from typing import Any, Literal, TypeAlias
 
-from . import algorithms, statements
+from . import algorithms, connections, statements
 from .scan import masked, statement_end
 
 Hidden: TypeAlias = Literal["", "algorithms", "equations"]  # each hides what the one before it hides
@@ -35,12 +35,13 @@ _PARAMETER = re.compile(
 )
 _CLASS = re.compile(r"(?<![\w.])(model|block|function|record|package|connector|operator|type)\s+\w")
 _STATE = re.compile(r"\bder\(\s*[\w.]+(?:\[[^\[\]]*\])?\s*\)")
+_INTERVAL = re.compile(r"(\bsample\s*\([^,()]*,)([^,()]*)\)")
 _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
 
 
 def hidden(text: str, place: str, what: Hidden = "equations") -> str:
-    """A text with its algorithms hidden, and with its equations if `what` says so, except those in when-equations, and
-    its complex bindings.
+    """A text with its algorithms hidden, and its connections in order. If `what` says so, its equations are hidden too,
+    except those in when-equations, and its complex bindings.
 
     `place` names the text: the constants of different texts have different names.
     """
@@ -49,7 +50,7 @@ def hidden(text: str, place: str, what: Hidden = "equations") -> str:
     if what == "equations" and re.search(r"\bComplex", masked(text)):
         text = _without_bindings(text)
         text = _PARAMETER.sub(lambda found: _parameter(found, place), text)
-    text = algorithms.hidden(text)
+    text = connections.in_order(algorithms.hidden(text))
     plain = masked(text)
     pieces, at = [], 0
     for start in _START.finditer(plain):
@@ -97,18 +98,17 @@ def _section(text: str, plain: str, at: int, never: str, what: Hidden) -> tuple[
         if block := _BLOCK.match(plain, at):
             end = _keyword(plain, at, _OPENED[block[1]])
             whens += block[1] == "when"
+            pieces.append(_condition(text[at:end], never))
         elif other := _PLAIN.match(plain, at):
             end = other.end()
             whens -= "when" in other[0]
+            pieces.append(text[at:end])
         elif at == len(plain) or _OTHER.match(plain, at):
             return pieces, at
         else:
             end = statement_end(plain, at)
             hides = not whens and (what == "equations" or text.startswith(algorithms.MARKED, at))
             pieces.append(_equation(text[at:end], plain[at:end], never) if hides else text[at:end])
-            at = end
-            continue
-        pieces.append(text[at:end])
         at = end
 
 
@@ -120,6 +120,11 @@ def _keyword(plain: str, at: int, word: str) -> int:
         if depth == 0 and token[0] == word:
             return token.end()
     return len(plain)
+
+
+def _condition(text: str, never: str) -> str:
+    """A condition with the intervals of its samples hidden, which the pass wants as ratios of integers."""
+    return _INTERVAL.sub(rf"\1 if {never} then \2 else 1.0)", text)
 
 
 def _equation(text: str, plain: str, never: str) -> str:

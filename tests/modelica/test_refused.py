@@ -1,0 +1,63 @@
+"""Models that the last pass of the front end refuses as they are written, against closed forms."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from acausal import simulate
+from acausal.modelica import load
+
+pytest.importorskip("rumoca")
+
+CROSSED = """package Crossed
+  connector In = input Boolean;
+  connector Out = output Boolean;
+  block Step
+    parameter Real at;
+    Out y;
+  equation
+    y = time > at;
+  end Step;
+  block And
+    In u[2];
+    Out y;
+  equation
+    y = u[1] and u[2];
+  end And;
+  model Gates
+    Step a(at = 0.3), b(at = 0.6);
+    And first, second;
+    Real x(start = 0, fixed = true);
+  equation
+    der(x) = if first.y and second.y then 1 else 0;
+    connect(a.y, first.u[1]);
+    connect(a.y, second.u[1]) "a note" annotation (Line(points =
+      {{0, 0}, {1, 1}}));
+    connect(b.y, second.u[2]);
+    connect(b.y, first.u[2]);
+  end Gates;
+end Crossed;
+"""
+
+ONCE = """model Once
+  parameter Real period = 1e60;
+  Integer n(start = 0, fixed = true);
+  Real x(start = 0, fixed = true);
+equation
+  der(x) = n;
+  when pre(n) >= 0 and sample(0.25, period) then
+    n = pre(n) + 1;
+  end when;
+end Once;
+"""
+
+
+def test_signals_reach_arrays_in_any_order_of_the_connections() -> None:
+    sol: Any = simulate(load(CROSSED, "Crossed.Gates"), 1.0)
+    assert np.isclose(sol["x"][-1], 0.4, atol=1e-6)
+
+
+def test_a_sample_may_have_a_period_without_an_exact_ratio() -> None:
+    sol: Any = simulate(load(ONCE, "Once"), 1.0)
+    assert np.isclose(sol["x"][-1], 0.75, atol=1e-6)
