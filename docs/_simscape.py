@@ -85,6 +85,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
         "Lever": "Lever",
         "Mass": "Mass",
         "RelativePositionSensor": "Ideal Translational Motion Sensor",
+        "Rope": "Rope",
         "SignalForce2": "Ideal Force Source",
         "SignalSpeed": "Ideal Translational Velocity Source",
         "Spring": "Translational Spring",

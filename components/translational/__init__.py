@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from ._basic import SlidingMass as SlidingMass
     from ._basic import Spring as Spring
     from ._basic import SpringDamper as SpringDamper
+    from ._contact import RigidContact as RigidContact
     from ._disc_springs import ConicalDisc as ConicalDisc
     from ._disc_springs import Diaphragm as Diaphragm
     from ._disc_springs import DiaphragmClutch as DiaphragmClutch
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
     from ._motion import SignalAcceleration as SignalAcceleration
     from ._motion import SignalPosition as SignalPosition
     from ._motion import SignalSpeed as SignalSpeed
+    from ._rope import Rope as Rope
+    from ._rope import Tackle as Tackle
     from ._sensors import AccelerationSensor as AccelerationSensor
     from ._sensors import ForceSensor as ForceSensor
     from ._sensors import MultiSensor as MultiSensor

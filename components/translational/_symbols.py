@@ -102,6 +102,16 @@ SYMBOLS = {
         solid=head(30, 9, 0, 1, 6),
     )
     + with_port("support", 30, 40, "v-9"),
+    "RigidContact": Symbol(60, 40, ENDS, "M0 20h12" + rect(12, 8, 14, 24) + rect(34, 8, 14, 24) + "M48 20h12"),
+    "Rope": Symbol(60, 20, {"a": (0, 10), "b": (60, 10)}, "M0 10h8q11-9 22 0t22 0h8"),
+    "Tackle": Symbol(
+        60,
+        40,
+        ENDS,
+        "M14 2h36M18 2l4-2M28 2l4-2M38 2l4-2M32 2v2M0 20h16l10-10M26 10v16M38 10v16M32 26v11h16v-17h12"
+        + circle(32, 10, 6)
+        + circle(32, 26, 6),
+    ),
     "Vehicle": Symbol(
         60,
         40,

@@ -207,6 +207,8 @@ EXAMPLES: tuple[Component, ...] = (
     translational.RelativePositionSensor(),
     translational.RelativeSpeedSensor(),
     translational.Rod(L=0.4),
+    translational.Rope(EA=1.3, length=0.2, d=0.7),
+    translational.Tackle(falls=1.7),
     translational.SignalAcceleration(),
     translational.SignalForce(),
     translational.SignalForce2(),
@@ -295,6 +297,7 @@ EXAMPLES: tuple[Component, ...] = (
     translational.Brake(mu=0.4, fn_max=1.3),
     translational.Brake(mu=0.4, fn_max=1.3, support=translational.Flange()),
     translational.HardStop(s_min=-0.4, s_max=0.4),
+    translational.RigidContact(restitution=0.4),
     translational.LuGreFriction(Fc=0.4, Fs=0.6, vs=0.5, stiffness=1.3, C=0.7),
     translational.MassWithStopAndFriction(
         m=1.3, L=0.1, s_min=-0.4, s_max=0.4, F_prop=0.3, F_Coulomb=0.4, F_Stribeck=0.2
