@@ -3,6 +3,7 @@
 import itertools
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from acausal import Connections, connect, initialise, simulate
-from components.planar import Bar, Body, Fixed, FixedTranslation, Revolute
+from components.planar import Bar, Body, Fixed, FixedTranslation, Prismatic, Revolute
 
 G = 9.80665
 
@@ -99,3 +100,35 @@ def test_four_bar_linkage_keeps_freudensteins_equation(turning: Any) -> None:
 @pytest.mark.slow
 def test_four_bar_linkage_keeps_its_energy(turning: Any) -> None:
     assert abs(turning.energy.imbalance[-1]) < 1e-5
+
+
+def _slider_crank(wall: Fixed, crank: Any, rod: Any, slide: Prismatic, slider: Body, *joints: Any) -> Connections:
+    a, b, c = joints
+    return (
+        *_chain(wall, a, crank, b, rod, c),
+        connect(wall.frame, slide.a),
+        connect(slide.b, slider.frame, c.b),
+    )
+
+
+def slider_crank(crank: Any) -> Rig:
+    links = (Fixed(), Bar(m=1.0, L=crank), Bar(m=2.0, L=0.5), Prismatic(s=0.6), Body(m=1.5, J=0.01))
+    joints = (Revolute(phi=0.7, w=15.0), Revolute(phi=-1.0), Revolute())
+    rig = Rig(parts=(*links, *joints), wiring=_slider_crank)
+    return initialise(rig, free=["parts[3].s", "parts[6].phi"])
+
+
+@pytest.mark.slow
+def test_slider_crank_and_its_sensitivity() -> None:
+    """s = r cos(phi) + sqrt(l^2 - r^2 sin(phi)^2) through whole turns, and ds/dr at the start."""
+    r, rod = 0.2, 0.5
+    sol = simulate(slider_crank(r), 0.6, save=jnp.linspace(0.0, 0.6, 13), rtol=1e-8)
+    phi, s = np.asarray(sol["parts[5].phi"]), np.asarray(sol["parts[3].s"])
+    assert np.ptp(phi) > 2.0 * np.pi
+    np.testing.assert_allclose(s, r * np.cos(phi) + np.sqrt(rod**2 - (r * np.sin(phi)) ** 2), atol=1e-8)
+
+    def placed(crank: Any) -> Any:
+        return simulate(slider_crank(crank), 0.0, save="end").final.parts[3].s
+
+    slope = np.cos(0.7) - r * np.sin(0.7) ** 2 / np.sqrt(rod**2 - (r * np.sin(0.7)) ** 2)
+    np.testing.assert_allclose(jax.grad(placed)(r), slope, rtol=1e-8)
