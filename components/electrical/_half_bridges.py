@@ -99,16 +99,19 @@ class HalfBridge(Leg):
 
     def events(self) -> Events:
         leaves, period = self.out.i < 0.0, 1.0 / self.frequency
-        charge = self.charge + 0.5 * self.t_switch * jnp.abs(self.out.i)
+        change = 0.5 * self.t_switch * jnp.abs(self.out.i)
         duty = limited(self.duty.value, 0.0, 1.0)
         start, half = began(self.t, 0.0, period), 0.5 * period
+        in_dead_time = (self.falls_late > self.t) & (self.falls_late < jnp.inf)
+        # A gate that stays on or off for a whole period does not switch at its ends.
+        stays = (duty == 1.0) | in_dead_time
         return dict(
             upper_off=at(
                 self.falls,
                 on=jnp.where(leaves, 0.0, self.on),
                 falls_late=self.falls + self.dead_time,
                 rises_late=jnp.inf,
-                charge=charge,
+                charge=self.charge + change * self.on,
             ),
             lower_on=at(self.falls_late, on=0.0),
             lower_off=at(
@@ -116,18 +119,17 @@ class HalfBridge(Leg):
                 on=jnp.where(leaves, self.on, 1.0),
                 rises_late=self.rises + self.dead_time,
                 falls_late=jnp.inf,
-                charge=charge,
+                charge=self.charge + change * (1.0 - self.on),
             ),
             upper_on=at(self.rises_late, on=1.0),
             sample=at(
                 0.0,
                 every=period,
-                # A gate that stays on or off for a whole period does not switch at its ends.
-                on=jnp.where(duty < 1.0, 0.0, self.on),
+                on=jnp.where(stays, self.on, 0.0),
                 rises=jnp.where(duty > 0.0, start + half * (1.0 - duty), jnp.inf),
-                falls=jnp.where(duty < 1.0, start + half * (1.0 + duty), jnp.inf),
+                falls=jnp.where((duty > 0.0) & (duty < 1.0), start + half * (1.0 + duty), jnp.inf),
                 drawn=self.charge * self.frequency,
-                charge=0.0,
+                charge=jnp.where(stays, 0.0, change * self.on),
             ),
         )
 

@@ -93,6 +93,19 @@ def test_pulses_begin_or_end_late_and_short_ones_are_left_out() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
+@pytest.mark.thorough
+def test_a_gate_that_does_not_switch_has_no_switching_loss() -> None:
+    """Duties of 1, 0 and 0.99; the last, with a dead time of 4 per cent and a current into the leg, keeps it on."""
+    leg, into = HalfBridge(frequency=1e4, dead_time=4e-6, t_switch=1e-6), electrical.ConstantCurrent(I=-5.0)
+    duties = [blocks.Constant(k=k) for k in (1.0, 0.0, 0.99)]
+    parts = (electrical.ConstantVoltage(V=V), Ground(), *(part for duty in duties for part in (leg, into, duty)))
+    t = 1e-6 * np.array([20.0, 180.0, 199.8, 200.2, 201.0, 320.0])
+    solution = simulate(Rig(parts=parts, wiring=driven_legs), 340e-6, save=jnp.asarray(t))
+    on, off, nearly_on = (solution.parts[i] for i in (2, 5, 8))
+    np.testing.assert_allclose(np.array([leg.out.v for leg in (on, off, nearly_on)]) / V, [[1] * 6, [0] * 6, [1] * 6])
+    np.testing.assert_allclose(np.array([leg.drawn for leg in (on, off)])[:, -1], 0.0, atol=1e-12)
+
+
 def loaded(source: Any, leg: Any, duty: Any, resistor: Any, coil: Any, ground: Any) -> Connections:
     return (
         connect(source.p, leg.p),

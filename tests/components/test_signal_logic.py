@@ -73,6 +73,16 @@ def test_edges_start_timers_latches_and_counters() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
+def test_delays_and_pulses_of_no_duration_end_at_the_start_of_a_run() -> None:
+    def wire(one: Any, delay: Any, mono: Any) -> Connections:
+        return (connect(one.y, delay.u, mono.u),)
+
+    parts = (blocks.Constant(k=1.0), blocks.OnDelay(T=0.0), blocks.Monostable(T=0.0))
+    solution = simulate(Rig(parts=parts, wiring=wire), 1.0, save="end")
+    assert float(solution.final.parts[1].y.value) == 1.0
+    assert float(solution.final.parts[2].y.value) == 0.0
+
+
 def sequence(start: Any, machine: Any, wait: Any, level: Any, full: Any) -> Connections:
     """Waiting, filling until the level is reached, resting for a time, and back."""
     return (
