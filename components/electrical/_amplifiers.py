@@ -60,10 +60,10 @@ class OpAmp(Amplifier):
 
     dx/dt = 2 pi f_t [v_p - v_n - x/gain - (x - v)], limited to +-slew, and v = x limited to v_min .. v_max. The output
     is v + R_out i with the current i into it. Within the limits the gain is gain / (1 + j f gain/f_t); at a limit the
-    last term stops x at the distance v_p - v_n, so that the amplifier leaves it without delay. A circuit of amplifiers
-    with static gain has jumps at which no solution exists, such as a multivibrator: the pole decides where it goes
-    (macromodel of Boyle et al., IEEE J. Solid-State Circuits 9, 1974, without currents and offset at its inputs; MSL
-    `OpAmpDetailed`). Without limits and poles see `IdealOpAmp`.
+    last term stops x at the distance v_p - v_n beyond it, and the return takes at least the time |v_p - v_n|/slew. A
+    circuit of amplifiers with static gain has jumps at which no solution exists, such as a multivibrator: the pole
+    decides where it goes (macromodel of Boyle et al., IEEE J. Solid-State Circuits 9, 1974, without currents and offset
+    at its inputs; MSL `OpAmpDetailed`). Without limits and poles see `IdealOpAmp`.
     """
 
     gain: Param[Scalar, "1", positive] = 1e5  # open-loop gain at low frequency
