@@ -66,6 +66,8 @@ class LaminarLosses(PumpLosses, partial=True):
             raise ParameterError(f"{cls.__name__}: speeds and pressures must be positive: there is no efficiency at 0.")
         wanted = 1.0 - eta_v, 1.0 / eta_m - 1.0
         values = tuple(float(item) for item in (displacement, viscosity, density))
+        if not min(values) > 0.0:
+            raise ParameterError(f"{cls.__name__}: displacement, viscosity and density must be positive, got {values}.")
         found: dict[str, float] = {}
         for terms, right in zip(cls._shares(w, dp, *values), wanted, strict=True):
             columns = np.stack([term.ravel() for term in terms.values()], axis=1)

@@ -62,3 +62,11 @@ def test_what_is_no_map_of_efficiencies_is_refused(change: dict[str, Any], messa
     sheet = efficiencies(WilsonLosses(C_s=2e-9)) | change
     with pytest.raises(ParameterError, match=message):
         WilsonLosses.from_efficiencies(**sheet)
+
+
+@pytest.mark.parametrize("name", ["displacement", "viscosity", "density"])
+def test_a_fit_refuses_data_that_are_not_positive(name: str) -> None:
+    given: dict[str, Any] = dict(displacement=1e-5, viscosity=0.03, density=870.0) | {name: -1.0}
+    grid = dict(speeds=[100.0], pressures=[1e7], volumetric=[[0.95]], mechanical=[[0.9]])
+    with pytest.raises(ParameterError, match="displacement, viscosity and density must be positive"):
+        WilsonLosses.from_efficiencies(**given, **grid)
