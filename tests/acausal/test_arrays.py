@@ -290,8 +290,8 @@ class Pair(Component):
     """Two scalars that one equation between arrays determines."""
 
     x: Var[Scalar, "1"] = 1.0
-    y: Var[Scalar, "1"]
-    z: Var[Scalar, "1"]
+    y: Var[Scalar, "1"] = 0.0
+    z: Var[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
         both = jnp.stack([self.y, self.z])
