@@ -2,9 +2,9 @@
 
 from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.scipy.special import ndtri
 
 from acausal import (
     Discrete,
@@ -85,7 +85,7 @@ class NormalNoise(SampledNoise):
     mu: Param[Scalar, ""] = 0.0  # mean
 
     def value(self, share: Scalar) -> Scalar:
-        return self.mu + self.sigma * ndtri(share)
+        return self.mu + self.sigma * np.sqrt(2.0) * jax.lax.erf_inv(2.0 * share - 1.0)
 
 
 class BandLimitedNoise(SignalSource):

@@ -101,7 +101,7 @@ def test_wherever_a_start_is_needed() -> None:
     elsewhere = linearise(model, at=later)
     rate = (2.0 * float(later.rotor.w) - float(later.lag.x)) / 0.5
     assert float(elsewhere.rates[elsewhere.states.index("lag.x")]) == pytest.approx(rate, rel=1e-12)
-    with pytest.raises(ModelError, match=r"gives no value for sensor\.flange\.tau: it must be a view"):
+    with pytest.raises(ModelError, match=r"gives no value for sensor\.flange\.phi: it must be a view"):
         linearise(model, at=found)
     fixed = simulate(model, 0.1, system=mass_matrix_form(system_of(model)), save="end").final
     assert float(fixed.lag.x) == pytest.approx(float(simulate(model, 0.1, save="end").final.lag.x), rel=1e-6)
