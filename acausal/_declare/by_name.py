@@ -15,7 +15,7 @@ from .constructed import with_arguments, with_nodes
 from .converters import CONVERTERS
 from .fields import dynamic_fields, join, parts_of
 from .layout import determined_names, rebuilt, with_determined
-from .node import Node, leaves_of, nodes_of
+from .node import Node, check_is_node, leaves_of, nodes_of
 from .node_requirements import broken, out_of_range
 from .tree import value_table, with_unit
 
@@ -78,6 +78,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     """
     if not isinstance(values, Mapping):
         raise ModelError(f"replace(model, values) takes a dictionary by path, got {values!r}.")
+    check_is_node(model)
     structural = {
         join(path, own) for path, node in nodes_of(model) for own in getattr(type(node), "structural_names", ())
     }
