@@ -207,7 +207,8 @@ def test_limits_of_steps_and_events_hold_in_pieces() -> None:
     solution = simulate(flight(E0), 2.0, max_steps=5, throw=False)
     assert int(solution.stats["num_steps"]) == 5
     assert "maximum number of steps" in repr(solution)
-    assert len(simulate(flight(E0), 2.0, max_events=2).events) == 2
+    assert len(simulate(flight(E0), 2.0, max_events=2).events) == 4
+    assert len(jax.jit(lambda e: simulate(flight(e), 2.0, max_events=2).events)(E0)) == 2
 
 
 @pytest.mark.thorough
