@@ -48,8 +48,8 @@ class Parameters(dict[str, Any]):
 
 
 def parameters(model: Component, of: str | None = None) -> Parameters:
-    """The parameters of a model by path, or the sensitivities in a gradient with respect to a model. Those that other
-    parameters determine are left out.
+    """The parameters of a model by path, or the sensitivities in a gradient with respect to a model, without parameters
+    that others determine.
 
     `of` is the unit of the differentiated result: with `of="s"`, the sensitivity to a resistance is in s/ohm.
     """
@@ -71,7 +71,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
 
     None removes a start value. A path can also name a part, as in `replace(model, {"controller": notch})`, a static
     field, as in `{"line.n": 20}`, or a constructor argument from which a component computes its parameters, such as
-    `{"valve.rated_flow": 4e-4}`. The component is then built anew.
+    `{"valve.rated_flow": 4e-4}`. The component is then rebuilt.
 
     Raises `ModelError` for an unknown name. Raises `ParameterError` for a value that the constructor of its component
     would refuse; a run checks the relations between parameters of a member of an array.

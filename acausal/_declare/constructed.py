@@ -32,10 +32,10 @@ def arguments_of(node: Node) -> dict[str, Any] | None:
 
 
 def with_arguments(node: N, changes: Mapping[str, object], path: str) -> N:
-    """A node built anew with some other constructor arguments. Parameters and start values that were set since it was
-    built stay, if these arguments do not determine them.
+    """A node rebuilt with some other constructor arguments. It keeps the parameters and start values that were set
+    later, unless these arguments determine them.
 
-    Raises `ParameterError` if they do, and `ModelError` if the node does not know its arguments any more.
+    Raises `ParameterError` if they do, and `ModelError` if the arguments of the node are lost.
     """
     names, given = ", ".join(join(path, name) for name in changes), arguments_of(node)
     if given is None:

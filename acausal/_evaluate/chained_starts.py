@@ -17,12 +17,12 @@ from .system import System
 
 
 def chained(system: System, x: Float[Array, " elements"], given: np.ndarray, t: Numbers, inputs: Inputs) -> Array:
-    """The start values x of the constrained pairs, with those of dependent variables computed from others where an
-    equation determines one of them.
+    """The start values x of the constrained pairs. A value that follows from others by a single equation replaces its
+    guess.
 
-    Values that are `given` determine others first, then so do the remaining states. The iteration that meets all
-    constraints then starts near its solution, and not where derivatives do not exist, such as at a vector of zeros that
-    is normalised.
+    Values that are `given` have priority over the remaining states. The search for values that satisfy all constraints
+    then starts near its solution, and not where derivatives do not exist, such as at a vector of zeros that is
+    normalised.
     """
     pairs, ordered, size = system.constraints.pairs, system.ordered, system.plan.size
     ends = np.cumsum([size(variable) for variable, _ in pairs])

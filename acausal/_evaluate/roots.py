@@ -66,15 +66,15 @@ class _Point(NamedTuple):
 
 
 class _Search(NamedTuple):
-    """A search: its best point, the next one, and the numbers of the start and of the tries from it. `share` is the
-    length of a step as a part of Newton's step, `radius` that of the trust region.
+    """A search: its best point, the next one, the index of the start, and the number of iterations from it. `share` is
+    the damping factor of Newton's step, `radius` that of the trust region.
     """
 
     at: _Point
     next: Array
     start: Array
     tried: Array
-    is_fenced: Array
+    uses_powell: Array
     share: Array
     radius: Array
     scale: Array
@@ -102,7 +102,7 @@ def searched(residual: Residual, starts: Array, args: PyTree) -> Array:
 
     def another(search: _Search) -> _Search:
         new = evaluated(search.next)
-        return _either(search.is_fenced, _fenced(search, new, starts), _newton(search, new, starts))
+        return _either(search.uses_powell, _powell(search, new, starts), _newton(search, new, starts))
 
     nothing = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(evaluated, starts[0]))
     last = jax.lax.while_loop(goes_on, another, _begun(nothing, starts, jnp.asarray(0), jnp.asarray(False)))
@@ -113,11 +113,11 @@ def _either(truth: Array, first: PyTree, second: PyTree) -> Any:
     return jax.tree.map(lambda a, b: jnp.where(truth, a, b), first, second)
 
 
-def _begun(at: _Point, starts: Array, start: Array, is_fenced: Array) -> _Search:
-    """A search from a start, where nothing is known but the place."""
+def _begun(at: _Point, starts: Array, start: Array, uses_powell: Array) -> _Search:
+    """A search at one of the starts, before its first iteration."""
     first = starts[jnp.minimum(start, len(starts) - 1)]
     one, no = jnp.asarray(1.0), jnp.asarray(False)
-    return _Search(at, first, start, jnp.asarray(0), is_fenced, one, one, jnp.ones_like(first), no)
+    return _Search(at, first, start, jnp.asarray(0), uses_powell, one, one, jnp.ones_like(first), no)
 
 
 def _newton(search: _Search, new: _Point, starts: Array) -> _Search:
@@ -142,7 +142,7 @@ def _newton(search: _Search, new: _Point, starts: Array) -> _Search:
     return _either(fails, _begun(at, starts, search.start, jnp.asarray(True)), went)
 
 
-def _fenced(search: _Search, new: _Point, starts: Array) -> _Search:
+def _powell(search: _Search, new: _Point, starts: Array) -> _Search:
     """One iteration of Powell's method in a trust region. Each residual is scaled by its change over a step of size 1
     from the start. Points outside the ranges are rejected.
     """

@@ -1,4 +1,4 @@
-"""Constraints that determine variables below their highest derivatives one by one."""
+"""Constraints that determine variables, below their highest derivatives, one at a time."""
 
 from collections.abc import Iterable, Sequence
 
@@ -11,7 +11,8 @@ Steps = list[tuple[int, Pair]]  # equations, each with the pair that it determin
 def chain(ordered: Sorted, rows: Sequence[int], *known: Iterable[Pair]) -> Steps:
     """Constraints, each with the pair that it determines, in solvable order.
 
-    The pairs in the first collection of `known` ones determine others first, then those in the next one do, too.
+    Each collection of `known` pairs has priority over the next one: a pair of the next that already follows from the
+    first is determined, not known.
     """
     solvable = {row: entries_of(ordered, row) for row in rows}
     unknown = {row: set(pairs) for row, pairs in solvable.items()}

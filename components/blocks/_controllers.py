@@ -101,7 +101,7 @@ class LimPI(LimitedController):
 
         For a drive, K is 1/J and T the sum of the small time constants, such as 1/b of the current control. The phase
         margin is arctan(a) - arctan(1/a), at the angular frequency 1/(a T): 37 degrees for a = 2 (Kessler 1958;
-        Schroeder, `Elektrische Antriebe - Regelung`). The setpoint weight wp = 0 avoids the overshoot to its steps.
+        Schroeder, `Elektrische Antriebe - Regelung`). The setpoint weight wp = 0 avoids overshoot after steps.
         """
         return cls(k=1.0 / (a * K * T), Ti=a**2 * T, y_max=y_max, y_min=-y_max, wp=0.0)
 

@@ -59,7 +59,7 @@ class PadeDelay(DelayLine):
 
 
 class TransportDelay(DelayLine):
-    """y = u when that which leaves a line entered it: y(t) = u(t - T) with the integral of `rate` over T equal to 1.
+    """Plug flow through a line: y(t) = u(t - T), where the integral of `rate` over the past time T is 1.
 
     The rate is speed over length, or volume flow over volume: a pipe whose exit temperature follows that of its entry
     by plug flow, a belt conveyor, a rolling mill. For the approximation see `PadeDelay`, which has a constant rate 1/T.

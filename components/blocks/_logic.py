@@ -86,7 +86,7 @@ class Hysteresis(SISO):
         return dict(on=when(~is_on & (u > self.high), is_on=1.0), off=when(is_on & (u < self.low), is_on=0.0))
 
 
-class Remembering(Component, partial=True):
+class EdgeTriggered(Component, partial=True):
     """A block with an output that changes at edges of its inputs."""
 
     is_on: Discrete[Scalar, "1"] = 0.0  # y
@@ -96,7 +96,7 @@ class Remembering(Component, partial=True):
         return dict(output=eq(self.y.value, self.is_on))
 
 
-class Latch(Remembering):
+class Latch(EdgeTriggered):
     """y becomes 1 when `set` does, and 0 when `reset` does (MSL `RSFlipFlop`). `reset` prevails."""
 
     set: Input = Input()
@@ -107,10 +107,10 @@ class Latch(Remembering):
         return dict(rise=when(is_set & ~is_reset, is_on=1.0), fall=when(is_reset, is_on=0.0))
 
 
-class Monostable(Remembering):
+class Monostable(EdgeTriggered):
     """y = 1 for the time T after each rising edge of u, from 0 to 1; a further edge during this time prolongs it.
 
-    The edge of a signal as such has no duration. A pulse shorter than all else in the model stands for it.
+    An edge detector is a `Monostable` with T shorter than all other times of the model.
     """
 
     T: Param[Scalar, "s", nonnegative]  # duration of the pulse
@@ -125,7 +125,7 @@ class Monostable(Remembering):
         )
 
 
-class OnDelay(Remembering):
+class OnDelay(EdgeTriggered):
     """y becomes 1 when u has been 1 for the time T, and 0 when u does (MSL `MathBoolean.OnDelay`)."""
 
     T: Param[Scalar, "s", nonnegative]  # delay

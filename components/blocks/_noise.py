@@ -37,7 +37,7 @@ class SampledNoise(SignalSource, Sampled, partial=True):
     """Independent random numbers, a new one at each sample and held until the next; 0 before the first sample.
 
     The numbers are those of the combined generator of L'Ecuyer (CACM 31, 1988), whose period is 2.3e18.
-    Sources with equal seeds give the same sequence: give sources that are to be independent different seeds.
+    Sources with equal seeds give the same sequence: give independent sources different seeds.
     """
 
     seed: int = 0  # another seed gives other numbers

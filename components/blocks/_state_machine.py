@@ -10,7 +10,7 @@ from ._interfaces import Input, Output
 
 
 class StateMachine(Component):
-    """States 0, 1, ... of which one is active, and transitions between them (sequential function chart, IEC 61131-3).
+    """States 0, 1, ... with one of them active, and transitions (sequential function chart, IEC 61131-3).
 
     `StateMachine(transitions=[(0, 1), (1, 2), (2, 0)])` has an input u[k] for each transition and an output y[i] for
     each state, 1 while it is active. A transition fires if its first state is active and its input exceeds 1/2; each is

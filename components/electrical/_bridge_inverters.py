@@ -107,8 +107,9 @@ class DiodeBridge(Component):
     """A three-phase rectifier of six diodes, from the phases to p and n (MSL `DiodeBridge2mPulse`).
 
     Without source impedance and with a steady current, the mean voltage is 3 sqrt(3)/pi times the peak of the phase
-    voltage, 3 sqrt(2)/pi of the line-to-line voltage. An inductance L of the source lowers it by 3/pi 2 pi f L i, while
-    two diodes commutate (Mohan et al., `Power Electronics`, ch. 5). A source without inductance needs a load with one.
+    voltage, 3 sqrt(2)/pi of the line-to-line voltage. An inductance L of the source lowers it by 6 f L i, because the
+    currents of two diodes overlap during commutation (Mohan et al., `Power Electronics`, ch. 5). A source without
+    inductance needs a load with one.
     """
 
     pins: PhasePins

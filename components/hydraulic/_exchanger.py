@@ -18,8 +18,8 @@ class HeatExchanger(FluidPart):
     C = density specific_heat |q| is the capacity rate of a stream; the effectiveness e depends on N = UA/C_min and
     C_min/C_max, with N limited to 100 (Kays, London, `Compact Heat Exchangers`). `arrangement` is `CounterFlow()`, or
     `ParallelFlow()`, `CrossFlow()`, `ShellAndTube()`. Both streams are of the liquid that `fill` gives them; if it does
-    not carry heat, they exchange none. `Cooler` has a coolant at uniform temperature. It holds no liquid: put a
-    `Chamber` or a `Pipe` behind it where its time constant matters. UA is constant.
+    not carry heat, they exchange none. `Cooler` has a coolant at uniform temperature. The exchanger holds no liquid:
+    put a `FlowVolume` or a `Pipe` behind it if its time constant matters. UA is constant.
     """
 
     UA: Param[Scalar, "W/K", positive]  # heat transfer coefficient times area

@@ -6,8 +6,7 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 
-from acausal import ArgumentError, Component
-from acausal import Array as Array
+from acausal import ArgumentError, Array, Component
 
 from ._heat_carrier import HeatCarrier
 from ._interfaces import FluidPart, FluidPort, ThermalFluidPort

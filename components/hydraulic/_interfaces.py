@@ -1,8 +1,8 @@
 """Hydraulic ports and the base classes of parts with ports, which also carry heat if the liquid of the circuit does.
 
 `fill(circuit, liquid)` decides: for a liquid that carries heat, it exchanges each `FluidPort` for a `ThermalFluidPort`,
-and gives each part a `HeatCarrier` and a heat port at the temperature of the liquid inside. The balance of heat follows
-from what a part states anyway: the flows of its ports, its dissipation, and the liquid that it holds.
+and gives each part a `HeatCarrier` and a heat port at the temperature of the liquid inside. The heat balance follows
+from the other statements of a part: the flows of its ports, its dissipation, and the liquid that it holds.
 """
 
 import dataclasses
@@ -50,7 +50,7 @@ class ThermalFluidPort(Port):
 
 
 class FluidPart(Component, partial=True):
-    """A part with fluid ports that says what happens to heat in it: `carrying`, `shared_equations`, `shared_energy`."""
+    """A part with fluid ports. `carrying`, `shared_equations` and `shared_energy` state what happens to heat in it."""
 
     carrier: HeatCarrier | None = None  # set by `fill`
 

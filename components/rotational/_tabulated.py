@@ -10,8 +10,7 @@ from ._interfaces import Compliant
 
 
 class TabulatedDamper(Compliant):
-    """A torsional damper with a sampled characteristic tau(w_rel), such as
-    that of a viscous coupling.
+    """A torsional damper with a sampled characteristic tau(w_rel), such as that of a viscous coupling.
 
     Monotone cubic interpolation with continuous slope, without extrema between the samples (Fritsch, Butland 1984);
     linear extrapolation beyond them. The origin is a sample, because a damper at rest carries no torque.

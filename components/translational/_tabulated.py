@@ -10,8 +10,9 @@ from ._interfaces import Compliant
 
 
 class TabulatedDamper(Compliant):
-    """A damper with a sampled characteristic f(v_rel), such as
-    that of a shock absorber, with more force in rebound (extension) than in bump.
+    """A damper with a sampled characteristic f(v_rel), such as that of a shock absorber.
+
+    A shock absorber has more force in rebound (extension) than in bump.
 
     Monotone cubic interpolation with continuous slope, without extrema between the samples (Fritsch, Butland 1984);
     linear extrapolation beyond them. The origin is a sample, because a damper at rest carries no force.

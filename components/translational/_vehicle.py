@@ -20,8 +20,8 @@ class Vehicle(Component):
     a `Tyre` of `rotational`, whose shafts carry the inertia of the wheels.
 
     Without the port `grade` the road is level. Give `grade=Input()` to connect tan(slope), the rise over the horizontal
-    distance, positive uphill. Below
-    the speed v_0 the rolling resistance fades out: it brakes a vehicle to rest, but does not hold it on a slope.
+    distance, positive uphill. Below the speed v_0 the rolling resistance fades out: it brakes a vehicle to rest, but
+    does not hold it on a slope.
     """
 
     m: Param[Scalar, "kg", positive]  # mass with its load

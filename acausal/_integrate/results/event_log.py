@@ -19,7 +19,7 @@ LINES = 32  # maximum number of events in a printed log
 
 @dataclasses.dataclass(frozen=True)
 class Ticks:
-    """How often a periodic event happened, with the first and the last time in s."""
+    """The number of times that a periodic event happened, and the first and last of them in s."""
 
     label: str
     count: int

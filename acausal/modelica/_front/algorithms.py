@@ -17,17 +17,17 @@ An algorithm becomes the equation `"acausalAlgorithm" = statements`. Any stateme
 | `terminate(a)`       | `sign(ndims({a}))`                           |
 | `return`, `break`    | `abs(0)`, `abs(1)`                           |
 
-rumoca writes the turns of a loop of known length one after the other, as in `sum({sum({a}), sum({b})})`.
+rumoca unrolls a loop of known length, as in `sum({sum({a}), sum({b})})`.
 
-The pass directs connections of discrete variables from those that something sets, so `when false then x = pre(x)` says
-what the algorithm sets.
+The pass directs connections of discrete variables away from those that are set, so `when false then x = pre(x)` names
+the variables that the algorithm sets.
 
 The flat model holds the equation, which `statements.py` turns into the algorithm again.
 """
 
 import re
 
-from .scan import classes, masked, statement_end
+from .scan import COMMENT, classes, masked, statement_end
 
 MARK = "acausalAlgorithm"
 MARKED = f'"{MARK}" ='
@@ -35,7 +35,6 @@ _START = re.compile(r"(?<![\w.])(initial\s+)?algorithm(?!\w)")
 _WORD = re.compile(r"\w+")
 _SPACE = re.compile(r"\s*")
 _ASSIGNED = re.compile(r":=")
-_COMMENT = re.compile(r'(?<=\S)\s*"[^"]*"(?:\s*\+\s*"[^"]*")*\s*(?:annotation\s*\(.*)?\Z|\s*annotation\s*\(.*\Z', re.S)
 _TARGET = re.compile(r"(?<![\w.\[])[a-zA-Z_]\w*(?=\s*(?:\[|,|\)|\Z))(?![^\[]*\])")
 _CALLS = {"assert": "abs", "reinit": "sign", "terminate": "sign"}
 _ENDS = ("public", "protected", "algorithm", "equation", "initial", "end", "external", "else", "elseif", "elsewhen")
@@ -68,7 +67,7 @@ def hidden(text: str) -> str:
 
 
 class _Reader:
-    """Reads statements of a text, of which `plain` has empty strings and no comments."""
+    """Reads statements of a text; `plain` is the masked text."""
 
     def __init__(self, text: str, plain: str) -> None:
         self.text, self.plain = text, plain
@@ -101,7 +100,7 @@ class _Reader:
                 return f"abs({int(word == 'break')})", statement_end(self.plain, at)
         end = statement_end(self.plain, at)
         plain = self.plain[at : end - 1]
-        comment = _COMMENT.search(plain)
+        comment = COMMENT.search(plain)
         last = len(plain) if comment is None else comment.start()
         text, plain = self.text[at : at + last], plain[:last]
         if word == "annotation":

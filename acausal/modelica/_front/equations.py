@@ -11,7 +11,7 @@ import zlib
 from typing import Any, Literal, TypeAlias
 
 from . import algorithms, connections, statements
-from .scan import masked, statement_end
+from .scan import COMMENT, masked, statement_end
 
 Hidden: TypeAlias = Literal["", "algorithms", "equations"]  # each hides what the one before it hides
 NEVER = "acausalNever"
@@ -20,7 +20,6 @@ _BLOCK = re.compile(r"(for|if|elseif|when|elsewhen)\b")
 _OPENED = {"for": "loop", "if": "then", "elseif": "then", "when": "then", "elsewhen": "then"}
 _PLAIN = re.compile(r"else\b|end\s+(?:for|if|when)\s*;")
 _OTHER = re.compile(r"(?:public|protected|algorithm|equation|initial|end|external)\b")
-_COMMENT = re.compile(r'(?<=\S)\s*"[^"]*"(?:\s*\+\s*"[^"]*")*\s*(?:annotation\s*\(.*)?\Z|\s*annotation\s*\(.*\Z', re.S)
 _COMPLEX = r"(?:Complex|(?:Modelica\.Units\.)?SI\.Complex\w+)"
 _REAL = r"(?:Real|(?:Modelica\.Units\.)?SI\.\w+)"
 _VALUE = r'(?P<value>[^;"]*?)(?P<rest>\s*(?:"[^"]*"[^;"]*)?;)'
@@ -132,7 +131,7 @@ def _equation(text: str, plain: str, never: str) -> str:
     equals = _top_level(plain, _EQUALS)
     if equals is None or re.match(r"annotation\b", plain):
         return text
-    comment = _COMMENT.search(plain[:-1], equals + 1)
+    comment = COMMENT.search(plain[:-1], equals + 1)
     last = len(plain) - 1 if comment is None else comment.start()
     left, right = text[:equals].rstrip(), text[equals + 1 : last].strip()
     state = _STATE.search(plain)

@@ -1,4 +1,4 @@
-"""Models that the text declares partial. The flat model does not tell: the model that is compiled is always partial."""
+"""Models that the text declares partial. The flat model does not show it: the compiled wrapper is always partial."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -6,6 +6,8 @@ from collections.abc import Callable, Sequence
 
 _PASSIVE = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|/\*.*?\*/|\'(?:[^\'\\\n]|\\.)+\'', re.S)
 _BRACKET = re.compile(r"[(\[{]|[)\]}]|;")
+# The comment and the annotation at the end of a statement.
+COMMENT = re.compile(r'(?<=\S)\s*"[^"]*"(?:\s*\+\s*"[^"]*")*\s*(?:annotation\s*\(.*)?\Z|\s*annotation\s*\(.*\Z', re.S)
 
 _KINDS = "model|block|function|record|package|connector|type|class|operator(?!\\s+(?:function|record))"
 _CLASS = re.compile(

@@ -1,4 +1,4 @@
-"""Events of `floor`, `ceil`, `integer`, `div`, `mod` and `rem` (Modelica 3.7, section 3.7.2).
+"""Events of `floor`, `ceil`, `integer`, `div`, `mod` and `rem` (Modelica 3.6, section 3.7.2).
 
 The integer k = floor(x) of a continuous x is a variable of its own, which changes only at events: it obeys
 k = if x >= pre(k) + 1 or x < pre(k) then floor(x) else pre(k). The other functions follow from `floor`.

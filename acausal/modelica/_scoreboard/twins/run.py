@@ -17,7 +17,7 @@ TIMES = 201
 
 
 def run_twins(roots: Sequence[str | Path]) -> dict[str, dict[str, float]]:
-    """The deviations of the signals of all circuits, which are printed."""
+    """Runs all circuits; prints and returns the deviations of their signals."""
     found = {}
     for twin in (*mechanics.twins(), *electrics.twins(), *heat_and_signals.twins()):
         found[twin.name] = deviations(twin, roots)
@@ -42,5 +42,5 @@ def deviations(twin: Twin, roots: Sequence[str | Path]) -> dict[str, float]:
 
 
 def differing(found: Mapping[str, Mapping[str, float]]) -> list[str]:
-    """The circuits of which a signal deviates by more than `MOST`."""
+    """The circuits with a signal that deviates by more than `MOST`."""
     return [name for name, own in found.items() if any(not value <= MOST for value in own.values())]
