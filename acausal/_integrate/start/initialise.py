@@ -112,8 +112,9 @@ def needs_search(system: System, leaves: Sequence[Numbers | None]) -> bool:
 def initialised_leaves(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
-    """The leaves of a model with start values that satisfy the initial equations of its components and those given, and
-    1 if there are none, else 0. Variables that depend on states have none any more.
+    """The leaves of a model with start values that satisfy the initial equations of its components and the given
+    values, and a number that is 1 if there are none and 0 otherwise. Start values of variables that depend on states
+    are removed.
 
     Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
     the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
