@@ -14,7 +14,7 @@ from ..._extras import Axes, given_or_new
 from ..._tracing import known
 from ..events.event_history import EventHistory
 
-LINES = 32  # maximum number of events in a printed log
+_LINES = 32  # maximum number of events in a printed log
 
 
 @dataclasses.dataclass(frozen=True)
@@ -109,9 +109,9 @@ class EventLog(eqx.Module):
 
     def __str__(self) -> str:
         lines = [f"{'time [s]':>14}  event"]
-        times = np.asarray(known(self.times))[:LINES]
-        lines += [f"{time:14.9g}  {name}" for time, name in zip(times, self.names[:LINES], strict=False)]
-        if (hidden := len(self) - LINES) > 0:
+        times = np.asarray(known(self.times))[:_LINES]
+        lines += [f"{time:14.9g}  {name}" for time, name in zip(times, self.names[:_LINES], strict=False)]
+        if (hidden := len(self) - _LINES) > 0:
             lines.append(f"and {hidden} more; select some by part or kind with .of('part', 'kind')")
         if (missing := int(known(self.count) or 0) - len(self)) > 0:
             lines.append(f"and {missing} more; simulate(..., max_events=...) records more")

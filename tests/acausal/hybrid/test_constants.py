@@ -179,7 +179,7 @@ class Sampled(Component):
 
 def sampled() -> Any:
     run = simulate(Sampled(), 3.03, save="end", rtol=1e-9)
-    return run.final.x, run.final.turns, run.events.times[:20]
+    return run.final.x, run.final.turns, run.events.times[:4]  # the clock is not in the log
 
 
 class Tables(Component):
