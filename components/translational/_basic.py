@@ -64,7 +64,7 @@ class Slope(Record):
     """Direction of the travel of a body, and gravity."""
 
     incline: Param[Scalar, "rad"]  # angle of s above the horizontal
-    g: Param[Scalar, "m/s2", nonnegative] = 9.81  # acceleration of gravity
+    g: Param[Scalar, "m/s2", nonnegative] = 9.80665  # acceleration of gravity
 
 
 class Mass(Component):

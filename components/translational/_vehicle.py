@@ -29,7 +29,7 @@ class Vehicle(Component):
     c_d: Param[Scalar, "1", nonnegative]  # drag coefficient
     c_r: Param[Scalar, "1", nonnegative]  # coefficient of rolling resistance
     rho: Param[Scalar, "kg/m3", nonnegative] = 1.2  # density of the air
-    g: Param[Scalar, "m/s2", nonnegative] = 9.81  # acceleration of gravity
+    g: Param[Scalar, "m/s2", nonnegative] = 9.80665  # acceleration of gravity
     v_0: Param[Scalar, "m/s", positive] = 0.1  # width of the transition through rest
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
     altitude: Var[Scalar, "m"] = 0.0  # height above the start of the altitude

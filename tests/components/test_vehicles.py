@@ -14,15 +14,16 @@ from components.blocks import Constant, Input
 from components.rotational import ConstantTorque, Inertia, Tyre
 from components.translational import Mass, TabulatedDamper, Vehicle
 
+G = 9.80665  # standard gravity, m/s2
 SLOPE = np.arctan(0.05)
 CAR: dict[str, Any] = dict(m=1500.0, area=2.2, c_d=0.28, c_r=0.01)
 
 
 def test_a_mass_on_a_slope() -> None:
     """Thrown up a slope, it rises by v^2 / (2 g) and is back after 2 v / (g sin(incline))."""
-    mass, back = Mass(m=2.0, incline=0.3, s=0.0, v=3.0), 2.0 * 3.0 / (9.81 * np.sin(0.3))
+    mass, back = Mass(m=2.0, incline=0.3, s=0.0, v=3.0), 2.0 * 3.0 / (G * np.sin(0.3))
     run = simulate(mass, back, save=[back / 2.0, back], energy=True)
-    np.testing.assert_allclose(run["a.s"] * np.sin(0.3), [3.0**2 / (2.0 * 9.81), 0.0], atol=1e-9)
+    np.testing.assert_allclose(run["a.s"] * np.sin(0.3), [3.0**2 / (2.0 * G), 0.0], atol=1e-9)
     np.testing.assert_allclose(run["v"], [0.0, -3.0], atol=1e-9)
     assert abs(run.energy.imbalance) < 1e-9
 
@@ -34,13 +35,13 @@ def test_the_weight_follows_the_mass() -> None:
         return simulate(Mass(m=m, incline=jnp.pi / 2.0), 1.0, save="end").final.s
 
     value, slope = jax.value_and_grad(fallen)(2.0)
-    np.testing.assert_allclose([value, slope], [-9.81 / 2.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose([value, slope], [-G / 2.0, 0.0], atol=1e-9)
 
 
 def test_coasting() -> None:
     """dv/dt = -a - b v^2 has the solution v = sqrt(a/b) tan(atan(v sqrt(b/a)) - sqrt(a b) t)."""
     car = Vehicle(**CAR, v=30.0)
-    a, b = 0.01 * 9.81, 0.5 * 1.2 * 0.28 * 2.2 / 1500.0
+    a, b = 0.01 * G, 0.5 * 1.2 * 0.28 * 2.2 / 1500.0
     times = np.array([10.0, 60.0, 120.0])
     run = simulate(car, 120.0, save=times, rtol=1e-9)
     exact = np.sqrt(a / b) * np.tan(np.arctan(30.0 * np.sqrt(b / a)) - np.sqrt(a * b) * times)
@@ -78,7 +79,7 @@ def test_a_car_climbs_by_the_slip_of_its_tyres() -> None:
     run = simulate(climb, 2000.0, save=[2000.0], energy=True, rtol=1e-8)
     last = run.final
     np.testing.assert_allclose(last.tyre.F, 1000.0, rtol=1e-6)
-    drag = 1000.0 - 1500.0 * 9.81 * (0.01 * np.cos(SLOPE) + np.sin(SLOPE))
+    drag = 1000.0 - 1500.0 * G * (0.01 * np.cos(SLOPE) + np.sin(SLOPE))
     np.testing.assert_allclose(last.car.v, np.sqrt(drag / (0.5 * 1.2 * 0.28 * 2.2)), rtol=1e-5)
     np.testing.assert_allclose(last.car.altitude, last.car.flange.s * np.sin(SLOPE), rtol=1e-6)
     assert abs(run.energy.imbalance) < 1e-6 * 300.0 * last.tyre.shaft.phi
