@@ -163,3 +163,26 @@ def test_dependent_variables_follow_given_ones_before_the_search() -> None:
 def test_dependent_variables_follow_before_conditions_are_met() -> None:
     start = simulate(initialise(AngledPendulum(), lambda s, d: dict(angle=eq(s.phi, 0.3))), 0.0).final
     np.testing.assert_allclose(jnp.stack([start.x, start.y]), [np.sin(0.3), -np.cos(0.3)], rtol=1e-9)
+
+
+class Buckled(Component):
+    """A strut at x, with two positions of rest, x = 1 and x = -1, and a pointer at y = 2 x."""
+
+    x: Var[Scalar, "m", prefer] = 0.8
+    y: Var[Scalar, "m"] = 1.6
+    v: Var[Scalar, "m/s", prefer] = 0.0
+    w: Var[Scalar, "m/s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            speed=eq(self.v, d.x),
+            pointer_speed=eq(self.w, d.y),
+            pointer=eq(self.y, 2.0 * self.x),
+            newton=eq(d.v, self.x - self.x**3 - self.v, check_units=False),
+        )
+
+
+def test_a_guess_of_a_tied_variable_guides_the_search() -> None:
+    """The state x follows the guess of y, although the class has a default of x."""
+    for model, expected in ((Buckled(), 1.0), (Buckled(y=-2.2), -1.0), (Buckled(x=-1.1), -1.0)):
+        np.testing.assert_allclose(initialise(model, steady=True).x, expected, rtol=1e-9)

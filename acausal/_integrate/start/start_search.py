@@ -13,7 +13,7 @@ from jaxtyping import PyTree
 from ..._declare.past import Past
 from ..._evaluate.chained_starts import chained
 from ..._evaluate.constraints import CLOSE, placed
-from ..._evaluate.initial import start_point
+from ..._evaluate.initial import given_pairs, start_point
 from ..._evaluate.observe import observe
 from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
@@ -132,7 +132,7 @@ def search_start(
     if easy is not None:
         easy_inputs = Inputs(system.intake.packed(easy), inputs.starts, problem.given)
         easier = Values(easy_inputs, t0, constants, sizes)
-    x0 = chained(system, start_point(system, inputs), problem.held, t0, inputs)
+    x0 = chained(system, start_point(system, inputs), given_pairs(system, inputs), t0, inputs)
     unknowns = trim.unknowns(params, sizes)
 
     def root(discrete: Array | None) -> tuple[Ends, Array]:
