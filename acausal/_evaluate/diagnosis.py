@@ -38,7 +38,7 @@ def without_storage(system: System, block: Torn) -> list[tuple[str, str]]:
     for leaf in flat.leaves:
         if leaf.port is None or not leaf.port.storage or leaf.declaration.role != "var":
             continue
-        for node in range(leaf.first, leaf.first + leaf.count):
+        for node in leaf.nodes:
             root = int(representative[node])
             if root != ZERO and _level(system, table.number_of_node[root]) >= block.level:
                 port = flat.node_name(node).rpartition(".")[0]

@@ -17,7 +17,7 @@ from .system import System
 
 def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
     """Algebraic unknowns with given start values, except those of nonlinear blocks, which are guesses."""
-    nodes = [node for i in sorted(given) for node in _nodes(system, i)]
+    nodes = [node for i in sorted(given) for node in system.flat.leaves[i].nodes]
     pairs = dict.fromkeys(pair for pair in (system.pair_of_node(node)[0] for node in nodes) if pair is not None)
     if not pairs:
         return []
@@ -28,12 +28,8 @@ def given_unknowns(system: System, given: frozenset[int]) -> list[Pair]:
 
 def leaves_of_unknowns(system: System, given: frozenset[int], pairs: Sequence[Pair]) -> list[int]:
     """The given leaves, by number, all of whose elements are among these unknowns."""
-    return [i for i in sorted(given) if all(system.pair_of_node(node)[0] in pairs for node in _nodes(system, i))]
-
-
-def _nodes(system: System, i: int) -> range:
-    leaf = system.flat.leaves[i]
-    return range(leaf.first, leaf.first + leaf.count)
+    leaves = system.flat.leaves
+    return [i for i in sorted(given) if all(system.pair_of_node(node)[0] in pairs for node in leaves[i].nodes)]
 
 
 @dataclasses.dataclass

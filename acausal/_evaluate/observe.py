@@ -61,8 +61,7 @@ def _rates(system: System, leaf: int) -> list[tuple[Pair | None, int]] | None:
 
 
 def _pairs(system: System, leaf: int) -> list[tuple[Pair | None, int]]:
-    flat_leaf = system.flat.leaves[leaf]
-    return [system.pair_of_node(flat_leaf.first + i) for i in range(flat_leaf.count)]
+    return [system.pair_of_node(node) for node in system.flat.leaves[leaf].nodes]
 
 
 def leaf_value(system: System, store: Segments, leaf: int, t: Numbers) -> Numbers:

@@ -36,6 +36,11 @@ class FlatLeaf:
         return math.prod(self.stack)
 
     @property
+    def nodes(self) -> range:
+        """The nodes of a variable leaf."""
+        return range(self.first, self.first + self.count)
+
+    @property
     def in_port(self) -> bool:
         return self.port is not None
 

@@ -189,5 +189,5 @@ class _Walker:
 
     def node_path(self, node: int) -> str:
         variables = [leaf for leaf in self.leaves if leaf.declaration.is_variable]
-        leaf = next(leaf for leaf in variables if leaf.first <= node < leaf.first + leaf.count)
+        leaf = next(leaf for leaf in variables if node in leaf.nodes)
         return leaf.name(node - leaf.first)

@@ -4,7 +4,6 @@ import functools as ft
 from typing import NamedTuple
 
 import jax.numpy as jnp
-import numpy as np
 from jax import Array
 
 from .._declare.annotations import Sign
@@ -30,7 +29,7 @@ def ranges_of(table: Incidence) -> dict[int, dict[Range, int]]:
         sign = flat.leaves[leaf].declaration.sign
         if sign is None:
             continue
-        for node in flat.leaves[leaf].first + np.arange(flat.leaves[leaf].count):
+        for node in flat.leaves[leaf].nodes:
             representative = int(merged.representative[node])
             variable = table.number_of_node[representative] if representative >= 0 else -1
             if variable >= 0:

@@ -128,7 +128,7 @@ class Numbering:
         if leaf in self.params or leaf in self.discrete:
             space, start = ("p", self.params[leaf]) if leaf in self.params else ("d", self.discrete[leaf])
             return [(Places(space, np.array([start])), self.size(leaf))]
-        return [(self.node(own.first + i), size) for i in range(own.count)]
+        return [(self.node(node), size) for node in own.nodes]
 
     def node(self, node: int) -> Places:
         """The value of a variable of the flattened model."""

@@ -67,7 +67,7 @@ class OpenEquations:
 
     def _own_flows(self) -> set[int]:
         leaves = [leaf for leaf in self.variables if leaf.declaration.role == "flow" and leaf.path.count(".") == 1]
-        return {node for leaf in leaves for node in range(leaf.first, leaf.first + leaf.count)}
+        return {node for leaf in leaves for node in leaf.nodes}
 
     def given(self, component: Component) -> tuple[Params, Modes]:
         """The parameters and modes of a component of the same structure."""

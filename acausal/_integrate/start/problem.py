@@ -221,8 +221,7 @@ def _states_of(system: System, name: str) -> set[Pair]:
 
 def _pairs_of(system: System, leaf: int) -> set[Pair]:
     """The pairs that hold the values of a variable leaf."""
-    flat_leaf = system.flat.leaves[leaf]
-    pairs = {system.pair_of_node(flat_leaf.first + i)[0] for i in range(flat_leaf.count)}
+    pairs = {system.pair_of_node(node)[0] for node in system.flat.leaves[leaf].nodes}
     return {pair for pair in pairs if pair is not None}
 
 

@@ -32,8 +32,7 @@ def refuse_sampled_loops(system: System, inputs: Inputs) -> None:
 
 def _reads_states(system: System, sampler: Sampler) -> bool:
     """Whether a periodic event reads a variable that depends on states."""
-    leaves = [system.flat.leaves[i] for i in sampler.read]
-    pairs = {system.pair_of_node(leaf.first + i)[0] for leaf in leaves for i in range(leaf.count)}
+    pairs = {system.pair_of_node(node)[0] for leaf in sampler.read for node in system.flat.leaves[leaf].nodes}
     return dependence(system.plan, [pair for pair in pairs if pair is not None]).nnz > 0
 
 
