@@ -17,7 +17,7 @@ from .._integrate.setup.expressions import unit_of_expression
 from .._integrate.setup.options import names_of
 from .._integrate.setup.user_function import as_function
 from .._reduce.flat_model import FlatLeaf
-from .._unit_check.signal_units import signal_units
+from .._unit_check.signal_units import unit_of_leaf
 
 Output = str | Callable[[Any], Any]
 
@@ -102,11 +102,7 @@ def input_values(params: ModelParameters, places: Sequence[Element]) -> Array:
 def input_signals(system: System, places: Sequence[Element]) -> Signals:
     leaves = [system.flat.leaves[place.leaf] for place in places]
     names = tuple(leaf.name(place.position) for leaf, place in zip(leaves, places, strict=True))
-    signals = signal_units(system.flat)
-    return Signals(
-        names,
-        tuple(leaf.declaration.unit or signals.get(place.leaf, "") for leaf, place in zip(leaves, places, strict=True)),
-    )
+    return Signals(names, tuple(unit_of_leaf(system.flat, place.leaf) for place in places))
 
 
 def state_signals(system: System) -> Signals:
@@ -144,7 +140,7 @@ def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Outp
             elements = _elements(given or output, leaf.sizes)
             names += elements
             number = system.flat.leaves.index(leaf)
-            units += [leaf.declaration.unit or signal_units(system.flat).get(number, "")] * len(elements)
+            units += [unit_of_leaf(system.flat, number)] * len(elements)
             readers.append(_reader(number, index, leaf))
     return Signals(tuple(names), tuple(units)), lambda view: [value for reader in readers for value in reader(view)]
 

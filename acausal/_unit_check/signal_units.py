@@ -7,7 +7,7 @@ import numpy as np
 
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.graph import connected
-from .._units.dimension import DERIVED, NUMBER, Dimension, described
+from .._units.dimension import Dimension, described, unit_of
 from .._units.parsing import parsed
 from .kind_units import kind_units
 
@@ -27,8 +27,13 @@ def signal_problems(flat: FlatModel) -> list[str]:
     return problems
 
 
+def unit_of_leaf(flat: FlatModel, leaf: int) -> str:
+    """The declared unit of a leaf, otherwise that of the quantity to which it is connected; "" if none is known."""
+    return flat.leaves[leaf].declaration.unit or _signal_units(flat).get(leaf, "")
+
+
 @ft.lru_cache(maxsize=64)
-def signal_units(flat: FlatModel) -> dict[int, str]:
+def _signal_units(flat: FlatModel) -> dict[int, str]:
     """The unit of each leaf without a declared one, by number, as far as its equations or those of the leaves to which
     it is connected determine it.
     """
@@ -84,8 +89,7 @@ def _units(flat: FlatModel) -> dict[int, str]:
         declared = {parsed(one.unit).dimension: one.unit for one in kind.declarations if one.unit}
         for slot, dimension in enumerate(kind_units(kind).dimensions):
             if dimension is not None:
-                named = "1" if dimension == NUMBER else DERIVED.get(dimension, str(dimension))
-                unit = declared.get(dimension, named)
+                unit = declared.get(dimension, unit_of(dimension))
                 found |= dict.fromkeys((instances.leaf(entry, slot) for entry in range(len(instances.paths))), unit)
     return found
 

@@ -76,6 +76,11 @@ def _derived() -> dict[Dimension, str]:
 DERIVED = _derived()
 
 
+def unit_of(dimension: Dimension) -> str:
+    """The SI unit of a dimension, "1" for a number."""
+    return "1" if dimension == NUMBER else DERIVED.get(dimension, str(dimension))
+
+
 def described(dimension: Dimension, unit: str | None = None) -> str:
     """Text of a dimension, such as `N.m (kg.m2/s2)`; `unit` is the declared one, if any."""
     basic = str(dimension)

@@ -27,7 +27,7 @@ from ..._numbers import Numbers, Scalar
 from ..._report import report
 from ..._save_load import described
 from ..._tracing import is_traced, known
-from ..._unit_check.signal_units import signal_units
+from ..._unit_check.signal_units import unit_of_leaf
 from ..events.event_history import EventHistory
 from ..loop.carry import StepRecord
 from ..loop.peaks import Peak
@@ -333,8 +333,7 @@ class Solution(eqx.Module, Generic[M]):
         """The unit of a variable or parameter. A signal has that of the sensor or the source to which it is connected,
         or "" if none has a unit.
         """
-        leaf = self._place(name)[0]
-        return self.system.flat.leaves[leaf].declaration.unit or signal_units(self.system.flat).get(leaf, "")
+        return unit_of_leaf(self.system.flat, self._place(name)[0])
 
     @property
     def options(self) -> dict[str, object]:

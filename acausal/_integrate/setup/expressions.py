@@ -10,9 +10,9 @@ from ..._errors import ModelError
 from ..._numbers import Numbers
 from ..._reduce.flat_model import FlatModel
 from ..._unit_check.interpret import Interpreter
-from ..._unit_check.signal_units import signal_units
+from ..._unit_check.signal_units import unit_of_leaf
 from ..._unit_check.values import Value, constant
-from ..._units.dimension import DERIVED, NUMBER
+from ..._units.dimension import unit_of
 from ..._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, trace
 
@@ -45,8 +45,7 @@ def _traced(
 def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel, what: str = "An expression") -> str:
     """The SI unit of a function of the variables, or "" if the unit cannot be inferred. `what` names it in errors."""
     quantity, constants = _traced(function, flat, what)
-    signals = signal_units(flat)
-    units = [flat.leaves[i].declaration.unit or signals.get(i, "") for i in quantity.leaves]
+    units = [unit_of_leaf(flat, i) for i in quantity.leaves]
     interpreter = Interpreter()
     (result,) = interpreter.interpret(
         quantity.closed, [constant(c) for c in constants] + [_value(unit) for unit in units]
@@ -56,8 +55,7 @@ def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel, what: s
     # A dimension may have several units, such as rad/s and 1/s. The result takes the unit of the variables in the
     # expression. If these have several units of this dimension, or none, it takes the name of the dimension.
     same = {unit for unit in units if unit and parsed(unit).dimension == result.dimension}
-    named = "1" if result.dimension == NUMBER else DERIVED.get(result.dimension, str(result.dimension))
-    return same.pop() if len(same) == 1 else named
+    return same.pop() if len(same) == 1 else unit_of(result.dimension)
 
 
 def _value(unit: str) -> Value:

@@ -13,7 +13,7 @@ from ..._declare.node import leaves_of
 from ..._errors import ModelError, ParameterError, UnknownNameError, suggestion
 from ..._evaluate.building import system_of
 from ..._numbers import Numbers
-from ..._unit_check.signal_units import signal_units
+from ..._unit_check.signal_units import unit_of_leaf
 from ..._units.display import Scale, scale_of
 from ..._units.quantity import has_unit, magnitude, quantity
 from .._problem.free import Free, Variable
@@ -115,8 +115,7 @@ def _unit(experiment: Experiment, model: Component, key: str, name: str) -> str:
             f"{name}: the model has no variable {key!r}.{suggestion(key, names)} Use outputs={{...}} for a function of "
             "variables."
         )
-    leaf = names[key][0]
-    return flat.leaves[leaf].declaration.unit or signal_units(flat).get(leaf, "") or experiment.units.get(key, "")
+    return unit_of_leaf(flat, names[key][0]) or experiment.units.get(key, "")
 
 
 def _given(experiment: Experiment, value: object, unit: str, key: str) -> object:
