@@ -43,8 +43,8 @@ def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -
     labels = Counter(label for label, *_ in named)
     if twice := [label for label, count in labels.items() if count > 1]:
         raise ModelError(f"There are two columns {twice[0]!r}: label them, as in {{'power': lambda s: s.r.v * s.r.i}}.")
-    leaves = jax.tree_util.tree_leaves(solution.values)
-    return [_column(solution, leaves, label, what, unit, units) for label, what, unit in named]
+    leaves, modes = jax.tree_util.tree_leaves(solution.values), named_modes(solution)
+    return [_column(solution, leaves, modes, label, what, unit, units) for label, what, unit in named]
 
 
 def variables(solution: "Solution") -> list[str]:
@@ -95,6 +95,7 @@ def _name(function: Callable[[Any], Any]) -> str:
 def _column(
     solution: "Solution",
     leaves: list[Array],
+    modes: Mapping[str, Mapping[float, str]],
     label: str,
     what: str | Callable[[Any], Any],
     wanted: str,
@@ -108,7 +109,7 @@ def _column(
         values, unit = expression(flat, leaves, times, what), unit_of_expression(what, flat)
     values, shown = np.asarray(values), wanted or shown_unit(unit, units)
     if shown == unit:
-        return Column(label, shown, values, named_modes(solution).get(what) if isinstance(what, str) else None)
+        return Column(label, shown, values, modes.get(what) if isinstance(what, str) else None)
     # A quantity without a known unit is in SI units.
     return Column(
         label, shown, magnitude(quantity(values, unit), shown, label) if unit else from_si(values, shown, label)

@@ -28,10 +28,9 @@ def draw_modes(ax: Axes, times: np.ndarray, modes: Sequence[Column]) -> None:
 
 def _intervals(times: np.ndarray, column: Column) -> list[tuple[float, float, str]]:
     """Start, end and name of each interval in which a discrete variable is constant."""
-    changes = np.flatnonzero(np.diff(column.values)) + 1
-    edges = [0, *changes.tolist(), len(times) - 1]
+    names, values = column.names or {}, column.values.astype(float).tolist()
+    edges = [0, *(np.flatnonzero(np.diff(column.values)) + 1).tolist(), len(times) - 1]
     return [
-        (float(times[start]), float(times[end]), (column.names or {}).get(value, f"{value:g}"))
+        (float(times[start]), float(times[end]), names.get(values[start], f"{values[start]:g}"))
         for start, end in pairwise(edges)
-        if (value := float(column.values[start])) is not None
     ]
