@@ -1,5 +1,6 @@
 """The arguments of constructors."""
 
+import dataclasses
 import functools as ft
 import inspect
 import weakref
@@ -48,6 +49,12 @@ def _parameters(cls: type) -> dict[str, bool] | None:
 def argument_names(cls: type) -> frozenset[str]:
     """The names of the arguments of a constructor."""
     return frozenset(_parameters(cls) or ())
+
+
+@ft.cache
+def computes_fields(cls: type) -> bool:
+    """Whether a constructor takes other arguments than the fields, and computes these."""
+    return argument_names(cls) != {field.name for field in dataclasses.fields(cls) if field.init}
 
 
 # The arguments of nodes by their identity: equinox counts the attributes of an object, so they cannot be one.

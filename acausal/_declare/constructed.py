@@ -9,7 +9,7 @@ import numpy as np
 
 from .._errors import ModelError, ParameterError
 from .._tracing import are_traced
-from .arguments import argument_names, given_arguments
+from .arguments import argument_names, computes_fields, given_arguments
 from .fields import copied, dynamic_fields, first_index, join
 from .layout import rebuilt
 from .node import Node, leaves_of
@@ -19,14 +19,14 @@ N = TypeVar("N", bound=Node)
 
 def arguments_of(node: Node) -> dict[str, Any] | None:
     """The constructor arguments of a node by name, fields with their present values; None if they are lost."""
-    names = argument_names(type(node))
+    cls: type = type(node)
     fields = {field.name: getattr(node, field.name) for field in dataclasses.fields(node) if field.init}
-    if names == fields.keys():
+    if not computes_fields(cls):
         return fields
     given = given_arguments(node)
     # The start values of a constructor may have another form than those of the fields.
     variables = {name for name, leaf in dynamic_fields(type(node)) if leaf is not None and leaf.role != "param"}
-    kept = names - variables
+    kept = argument_names(cls) - variables
     present = {name: value for name, value in fields.items() if name in kept and value is not None}
     return None if given is None else {**given, **present}
 
@@ -43,11 +43,12 @@ def with_arguments(node: N, changes: Mapping[str, object], path: str) -> N:
             f"{names}: the constructor computes parameters from this argument, which a model does not keep through "
             "jit, vmap, grad, tree_at or a file. Replace it before."
         )
-    if argument_names(type(node)) == {field.name for field in dataclasses.fields(node) if field.init}:
-        return type(node)(**{**given, **changes})
+    cls: type = type(node)
+    made: N = cls(**{**given, **changes})
+    if not computes_fields(cls):
+        return made
     with jax.ensure_compile_time_eval():  # numbers that are known stay known while another function is traced
-        before, now = _leaves(type(node)(**given)), _leaves(node)
-    made = type(node)(**{**given, **changes})
+        before, now = _leaves(cls(**given)), _leaves(node)
     later = {name: now[name] for name in before.keys() & now.keys() if not _is_same(before[name], now[name])}
     new = _leaves(made)
     for name in later:

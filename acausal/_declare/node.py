@@ -15,7 +15,7 @@ import numpy as np
 from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, listed, suggestion
 from .._numbers import Scalar
 from .annotations import Declaration, declared
-from .arguments import argument_names, check_arguments, known_here, remember_arguments
+from .arguments import check_arguments, computes_fields, known_here, remember_arguments
 from .class_help import OwnText, attributes, class_text, html_method, plain_signature
 from .converters import CONVERTERS, Converter, plain_number
 from .fields import dynamic_fields, join, parts_of
@@ -77,7 +77,7 @@ class NodeMeta(type(eqx.Module)):
                 raise ModelError(f"{cls.__name__} is partial: derive a component from it and instantiate that.")
             check_arguments(cls, args, kwargs)
             made = super().__call__(*args, **kwargs)
-            if argument_names(cls) != {field.name for field in dataclasses.fields(cls) if field.init}:
+            if computes_fields(cls):
                 remember_arguments(made, kwargs)
             return made
 

@@ -27,9 +27,8 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
     A key is the path of a parameter or of a given start value, such as `"gearbox.ratio"`, the path of an array element,
     such as `"table.y[3]"`, that of a constructor argument, such as `"motor.R"`, or a tuple of paths that share one
     value. The path of a whole array adds one variable per element. A value is a pair of bounds: numbers in the declared
-    unit, quantities, or texts such as `"15 mm"`. None
-    means no bound, or no bounds instead of the pair. The start is the value in the model. The elements of an array that
-    lack a bound share one size, that of the largest.
+    unit, quantities, or texts such as `"15 mm"`. None means no bound, or no bounds instead of the pair. The start is
+    the value in the model. The elements of an array that lack a bound share one size, that of the largest.
 
     Raises `ModelError` for an unknown path or one named twice, and `ParameterError` for bounds that are crossed, of
     another dimension or outside the declared range, and for a start outside its bounds.
