@@ -81,10 +81,10 @@ class FieldOrientedController(Component):
 class RotorToPhases(Component):
     """Three signals from two in rotor coordinates: y_x = u_d cos(theta - x 2 pi/3) - u_q sin(theta - x 2 pi/3).
 
-    x = 0, 1, 2 for the phases a, b, c, and theta = pole_pairs phi with the angle phi of the shaft (inverse Park).
+    x = 0, 1, 2 for the phases a, b, c, and theta = p phi with the angle phi of the shaft (inverse Park).
     """
 
-    pole_pairs: Param[Scalar, "1", positive]  # of the machine
+    p: Param[Scalar, "1", positive]  # number of pole pairs of the machine
     u_d: Input = Input()
     u_q: Input = Input()
     phi: Input = Input()  # angle of the shaft in rad
@@ -94,7 +94,7 @@ class RotorToPhases(Component):
 
     def equations(self, d: Self) -> Equations:
         def phase(k: int) -> Scalar:
-            angle = self.pole_pairs * self.phi.value - 2.0 * k * jnp.pi / 3.0
+            angle = self.p * self.phi.value - 2.0 * k * jnp.pi / 3.0
             return self.u_d.value * jnp.cos(angle) - self.u_q.value * jnp.sin(angle)
 
         outputs = (self.y_a, self.y_b, self.y_c)

@@ -162,18 +162,18 @@ class DqTerminals(Component):
     """The terminals of a machine in rotor coordinates as three phases without a neutral conductor (Park).
 
     v_d = 2/3 sum of v_x cos(theta - x 2 pi/3) and v_q = -2/3 sum of v_x sin(theta - x 2 pi/3), x = 0, 1, 2, with the
-    electrical angle theta = pole_pairs phi of the shaft; the currents in reverse. Their sum is zero. Lossless, without
+    electrical angle theta = p phi of the shaft; the currents in reverse. Their sum is zero. Lossless, without
     torque.
     """
 
-    pole_pairs: Param[Scalar, "1", positive]  # of the machine
+    p: Param[Scalar, "1", positive]  # number of pole pairs of the machine
     v_star: Var[Scalar, "V"] = 0.0  # potential of the star point
     phases: PhasePort = PhasePort()
     machine: DqPort = DqPort()
     shaft: Flange = Flange()
 
     def equations(self, d: Self) -> Equations:
-        angles = {x: self.pole_pairs * self.shaft.phi - 2.0 * k * jnp.pi / 3.0 for k, x in enumerate(PHASES)}
+        angles = {x: self.p * self.shaft.phi - 2.0 * k * jnp.pi / 3.0 for k, x in enumerate(PHASES)}
         v = {x: getattr(self.phases, f"v_{x}") - self.v_star for x in PHASES}
         currents = {
             f"current_{x}": eq(

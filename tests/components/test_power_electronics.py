@@ -146,7 +146,7 @@ def test_a_rotating_voltage_is_constant_in_rotor_coordinates() -> None:
     angle = [2.0 * phi + 0.3 - 2.0 * np.pi * k / 3.0 for k in range(3)]
     given = {f"phases.v_{x}": 5.0 + 10.0 * np.cos(angle[k]) for k, x in enumerate("abc")} | {"shaft.phi": phi}
     expected = {"machine.v_d": [10.0 * np.cos(0.3)] * 3, "machine.v_q": [10.0 * np.sin(0.3)] * 3, "v_star": [5.0] * 3}
-    check_law(electrical.DqTerminals(pole_pairs=2.0), given=given, expected=expected)
+    check_law(electrical.DqTerminals(p=2.0), given=given, expected=expected)
 
 
 def test_space_vectors_centre_the_pulses() -> None:

@@ -86,14 +86,14 @@ def test_a_drive_accelerates_and_brakes_its_load_into_the_chopper() -> None:
         link=Capacitor(C=5e-4, v=540.0),
         chopper=AveragedBrakeChopper(R=40.0, v_on=720.0, v_off=700.0),
         inverter=PhaseInverter(leg=leg),
-        terminals=DqTerminals(pole_pairs=machine.p),
+        terminals=DqTerminals(p=machine.p),
         motor=motor,
         load=load,
         wanted=Trapezoid(amplitude=300.0, period=1.0, rising=0.05, width=0.05, falling=0.05, start_time=0.01),
         speed_control=LimPI.symmetric_optimum(K=1.0 / (motor.J + load.J), T=1.0 / bandwidth, y_max=25.0, a=4.0),
         setpoints=CurrentSetpoints(machine=machine, i_max=35.0),
         current_control=FieldOrientedController(machine=machine, bandwidth=bandwidth),
-        modulation=RotorToPhases(pole_pairs=machine.p),
+        modulation=RotorToPhases(p=machine.p),
     )
     solution = simulate(drive, 0.2, energy=True)
     torque, speed, v = solution["motor.torque"], solution["motor.w"], solution["link.v"]

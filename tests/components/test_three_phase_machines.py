@@ -126,10 +126,10 @@ def test_phases_of_rotor_coordinates_and_back() -> None:
     angle = [3.0 * phi - 2.0 * np.pi * k / 3.0 for k in range(3)]
     expected = {f"y_{x}.value": 0.4 * np.cos(angle[k]) - 0.7 * np.sin(angle[k]) for k, x in enumerate("abc")}
     given = {"u_d.value": 0.4, "u_q.value": 0.7, "phi.value": phi}
-    check_law(electrical.RotorToPhases(pole_pairs=3.0), given=given, expected=expected)
+    check_law(electrical.RotorToPhases(p=3.0), given=given, expected=expected)
     given = {f"phases.v_{x}": np.asarray(expected[f"y_{x}.value"]) for x in "abc"} | {"shaft.phi": phi}
     back = {"machine.v_d": [0.4] * 3, "machine.v_q": [0.7] * 3}
-    check_law(electrical.DqTerminals(pole_pairs=3.0), given=given, expected=back)
+    check_law(electrical.DqTerminals(p=3.0), given=given, expected=back)
 
 
 def test_a_stepper_holds_with_both_phases_and_steps_by_a_quarter_of_a_tooth() -> None:
