@@ -4,8 +4,9 @@ from typing import Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Equations, Param, Scalar, Var, eq, ifelse, positive, prefer
+from acausal import Component, Equations, Param, Scalar, Var, eq, positive, prefer
 
+from .._limit import limited_amplitude
 from ..blocks import Input, Output
 from ._dq_machine import DqMachine
 
@@ -65,16 +66,15 @@ class FieldOrientedController(Component):
     def equations(self, d: Self) -> Equations:
         m, b, w_el, v_dc = self.machine, self.bandwidth, self.machine.p * self.w.value, self.v_dc.value
         e_d, e_q = self.i_d_set.value - self.i_d.value, self.i_q_set.value - self.i_q.value
-        square, most = self.m_d**2 + self.m_q**2, self.m_max
-        size = ifelse(square > most**2, jnp.sqrt(jnp.maximum(square, most**2)), most)
+        u_d, u_q = limited_amplitude(self.m_d, self.m_q, self.m_max)
         excess_d, excess_q = v_dc * (self.m_d - self.u_d.value), v_dc * (self.m_q - self.u_q.value)
         return dict(
             wanted_d=eq(v_dc * self.m_d, b * m.Ld * e_d + self.x_d - w_el * m.Lq * self.i_q.value),
             wanted_q=eq(v_dc * self.m_q, b * m.Lq * e_q + self.x_q + w_el * (m.Ld * self.i_d.value + m.psi)),
             integral_d=eq(d.x_d, b * (m.Rs * e_d - excess_d)),
             integral_q=eq(d.x_q, b * (m.Rs * e_q - excess_q)),
-            limit_d=eq(self.u_d.value, most / size * self.m_d),
-            limit_q=eq(self.u_q.value, most / size * self.m_q),
+            limit_d=eq(self.u_d.value, u_d),
+            limit_q=eq(self.u_q.value, u_q),
         )
 
 

@@ -2,8 +2,6 @@
 
 from typing import Self
 
-import jax.numpy as jnp
-
 from acausal import (
     Component,
     Energy,
@@ -14,11 +12,11 @@ from acausal import (
     Scalar,
     Var,
     eq,
-    ifelse,
     positive,
     prefer,
 )
 
+from .._limit import limited_amplitude
 from ..blocks import Input, Output
 from ..rotational import Flange
 from ._dq_machine import DqCurrents, DqMachine
@@ -114,18 +112,13 @@ class Inverter(Component):
     u_d: Input = Input()  # modulation setpoint, a ratio: the wanted phase voltage over the direct voltage
     u_q: Input = Input()  # modulation setpoint, a ratio like u_d
 
-    def _square(self) -> Scalar:
-        return self.u_d.value**2 + self.u_q.value**2
-
-    def _size(self) -> Scalar:
-        return ifelse(self._square() > self.m_max**2, jnp.sqrt(jnp.maximum(self._square(), self.m_max**2)), self.m_max)
-
     def equations(self, d: Self) -> Equations:
-        share, v_dc = self.m_max / self._size(), self.p.v - self.n.v
+        m_d, m_q = limited_amplitude(self.u_d.value, self.u_q.value, self.m_max)
+        v_dc = self.p.v - self.n.v
         return dict(
             kirchhoff=eq(self.p.i + self.n.i),
-            limit_d=eq(self.m_d, share * self.u_d.value),
-            limit_q=eq(self.m_q, share * self.u_q.value),
+            limit_d=eq(self.m_d, m_d),
+            limit_q=eq(self.m_q, m_q),
             voltage_d=eq(self.machine.v_d, self.m_d * v_dc),
             voltage_q=eq(self.machine.v_q, self.m_q * v_dc),
             power=eq(self.p.i, -1.5 * (self.m_d * self.machine.i_d + self.m_q * self.machine.i_q)),
