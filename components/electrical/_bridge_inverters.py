@@ -49,9 +49,11 @@ class PhaseModulator(Component):
     def equations(self, d: Self) -> Equations:
         a, b, c = self.u_a.value, self.u_b.value, self.u_c.value
         most, least = jnp.maximum(jnp.maximum(a, b), c), jnp.minimum(jnp.minimum(a, b), c)
-        z = 0.5 - 0.5 * (most + least) * float(self.space_vector)
+        z = -0.5 * (most + least) if self.space_vector else 0.0
         return dict(
-            duty_a=eq(self.d_a.value, a + z), duty_b=eq(self.d_b.value, b + z), duty_c=eq(self.d_c.value, c + z)
+            duty_a=eq(self.d_a.value, 0.5 + a + z),
+            duty_b=eq(self.d_b.value, 0.5 + b + z),
+            duty_c=eq(self.d_c.value, 0.5 + c + z),
         )
 
 
