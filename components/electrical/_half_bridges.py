@@ -50,8 +50,12 @@ class Leg(Component, partial=True):
     duty: Input = Input()  # share of a period during which p is connected, limited to 0 .. 1
     heat: HeatPort | None = None
 
+    def _sign(self) -> Scalar:
+        """Sign of the current out of the leg, smoothed at zero."""
+        return jnp.tanh(-self.out.i / self.i_0)
+
     def _drop(self) -> Scalar:
-        return self.V_0 * jnp.tanh(-self.out.i / self.i_0) - self.R_on * self.out.i
+        return self.V_0 * self._sign() - self.R_on * self.out.i
 
     def switching(self) -> Scalar:
         """Current in A that switching draws from p to n."""
@@ -137,13 +141,10 @@ class HalfBridge(Leg):
 class AveragedHalfBridge(Leg):
     """A leg of a bridge, averaged over its switching: g = duty - dead_time frequency tanh(i/i_0), limited to 0 .. 1.
 
-    See `Leg` for the law, with the switching loss t_switch frequency v |i|, smoothed at zero current. Not modelled:
-    ripple, the dead time around zero current, which i_0 stands for: about a quarter of the ripple. It has the arguments
-    of `HalfBridge`, its switched counterpart.
+    See `Leg` for the law, with the switching loss t_switch frequency v |i|, smoothed at zero current. Choose i_0 about
+    a quarter of the ripple. It has the arguments of `HalfBridge`, its switched counterpart. Not modelled: ripple, gates
+    that stay on or off. At a duty of 0 or 1 it still has the switching loss and the dead time, `HalfBridge` has none.
     """
-
-    def _sign(self) -> Scalar:
-        return jnp.tanh(-self.out.i / self.i_0)
 
     def switching(self) -> Scalar:
         return -self.t_switch * self.frequency * self.out.i * self._sign()
