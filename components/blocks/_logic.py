@@ -65,29 +65,8 @@ class Comparator(SI2SO):
         return dict(comparison=eq(self.y.value, ifelse(self.u1.value > self.u2.value, 1.0, 0.0)))
 
 
-class Hysteresis(SISO):
-    """y switches to 1 if u exceeds `high`, and to 0 if it falls below `low` (MSL `Hysteresis`); both are events.
-
-    Between them y keeps its value, initially `is_on`.
-    """
-
-    low: Param[Scalar, ""]  # u below which y switches to 0
-    high: Param[Scalar, ""]  # u above which y switches to 1
-    is_on: Discrete[Scalar, "1"] = 0.0  # y
-
-    def requirements(self) -> Requirements:
-        return (require(self.low < self.high, "low must be smaller than high"),)
-
-    def equations(self, d: Self) -> Equations:
-        return dict(output=eq(self.y.value, self.is_on))
-
-    def events(self) -> Events:
-        u, is_on = self.u.value, self.is_on > 0.5
-        return dict(on=when(~is_on & (u > self.high), is_on=1.0), off=when(is_on & (u < self.low), is_on=0.0))
-
-
-class EdgeTriggered(Component, partial=True):
-    """A block with an output that changes at edges of its inputs."""
+class OnOff(Component, partial=True):
+    """A block whose output is 0 or 1 and changes by events."""
 
     is_on: Discrete[Scalar, "1"] = 0.0  # y
     y: Output = Output()
@@ -96,8 +75,26 @@ class EdgeTriggered(Component, partial=True):
         return dict(output=eq(self.y.value, self.is_on))
 
 
-class Latch(EdgeTriggered):
-    """y becomes 1 when `set` does, and 0 when `reset` does (MSL `RSFlipFlop`). `reset` prevails."""
+class Hysteresis(OnOff):
+    """y switches to 1 if u exceeds `high`, and to 0 if it falls below `low` (MSL `Hysteresis`); both are events.
+
+    Between them y keeps its value, initially `is_on`.
+    """
+
+    low: Param[Scalar, ""]  # u below which y switches to 0
+    high: Param[Scalar, ""]  # u above which y switches to 1
+    u: Input = Input()
+
+    def requirements(self) -> Requirements:
+        return (require(self.low < self.high, "low must be smaller than high"),)
+
+    def events(self) -> Events:
+        u, is_on = self.u.value, self.is_on > 0.5
+        return dict(on=when(~is_on & (u > self.high), is_on=1.0), off=when(is_on & (u < self.low), is_on=0.0))
+
+
+class Latch(OnOff):
+    """y is 1 while `set` is, and keeps its value until `reset` is 1 (MSL `RSFlipFlop`). While `reset` is 1, y is 0."""
 
     set: Input = Input()
     reset: Input = Input()
@@ -107,7 +104,7 @@ class Latch(EdgeTriggered):
         return dict(rise=when(is_set & ~is_reset, is_on=1.0), fall=when(is_reset, is_on=0.0))
 
 
-class Monostable(EdgeTriggered):
+class Monostable(OnOff):
     """y = 1 for the time T after each rising edge of u, from 0 to 1; a further edge during this time prolongs it.
 
     An edge detector is a `Monostable` with T shorter than all other times of the model.
@@ -125,7 +122,7 @@ class Monostable(EdgeTriggered):
         )
 
 
-class OnDelay(EdgeTriggered):
+class OnDelay(OnOff):
     """y becomes 1 when u has been 1 for the time T, and 0 when u does (MSL `MathBoolean.OnDelay`)."""
 
     T: Param[Scalar, "s", nonnegative]  # delay

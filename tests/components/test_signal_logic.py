@@ -73,6 +73,15 @@ def test_edges_start_timers_latches_and_counters() -> None:
     np.testing.assert_allclose(found, expected, atol=1e-12)
 
 
+def test_a_latch_follows_its_set_again_after_a_reset() -> None:
+    def wire(one: Any, pulse: Any, latch: Any) -> Connections:
+        return connect(one.y, latch.set), connect(pulse.y, latch.reset)
+
+    parts = (blocks.Constant(k=1.0), blocks.Pulse(amplitude=1.0, period=1.0, width=0.3, start_time=0.2), blocks.Latch())
+    solution = simulate(Rig(parts=parts, wiring=wire), 1.0, save=jnp.array([0.1, 0.4, 0.6]))
+    np.testing.assert_array_equal(solution.parts[2].y.value, [1.0, 0.0, 1.0])
+
+
 def test_delays_and_pulses_of_no_duration_end_at_the_start_of_a_run() -> None:
     def wire(one: Any, delay: Any, mono: Any) -> Connections:
         return (connect(one.y, delay.u, mono.u),)
