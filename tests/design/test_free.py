@@ -21,7 +21,7 @@ from acausal import (
     quantity,
     stack,
 )
-from acausal.design import free_parameters, optimise
+from acausal.design import Experiment, Normal, Tolerance, free_parameters, identify, optimise, sweep
 from acausal.design._problem.limits import limits_of
 from components.electrical import DCMotor
 from components.hydraulic import Pipe, iso_vg_46
@@ -182,6 +182,16 @@ def test_constructor_arguments_are_free() -> None:
     np.testing.assert_allclose(found["inductor.L"], 1e-4)
     design = optimise(motor, {"R": (0.1, 2.0)}, {"cost": lambda m: (m.resistor.R - 0.7) ** 2}, sensitivities=False)
     assert design.values["R"] == pytest.approx(0.7, rel=1e-6)
+
+
+def test_studies_vary_constructor_arguments() -> None:
+    motor = DCMotor(R=0.3, L=1e-4, k=0.04, J=1e-5)
+    scatter = Tolerance(motor, {"R": Normal(std=0.02)}, lambda m: 2.0 * m.resistor.R).first_order()
+    assert float(scatter["result"].std) == pytest.approx(0.04, rel=1e-9)
+    data = Experiment(lambda m: {"drop": 2.0 * m.resistor.R}, {"drop": 1.4}, {"drop": 0.01})
+    assert float(identify(motor, {"R": (0.1, 2.0)}, [data]).model.resistor.R) == pytest.approx(0.7, rel=1e-6)
+    swept = sweep(motor, {"R": [0.1, 0.2]}, lambda m: m.resistor.R, progress=False)
+    np.testing.assert_allclose(swept["result"], [0.1, 0.2])
 
 
 def test_arguments_of_which_a_constructor_needs_the_value_are_not_free() -> None:
