@@ -1,7 +1,9 @@
 """A run from the result of `initialise` holds the relations of `ifelse` as a run of the model does."""
 
-from typing import Self
+from collections.abc import Callable
+from typing import Any, Self
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -59,3 +61,12 @@ def test_a_start_value_of_a_variable_that_depends_on_a_mode_determines_the_state
         np.testing.assert_allclose(solution["y"][0], 0.5, atol=1e-9)
         np.testing.assert_allclose(solution["x"][0], -0.5, atol=1e-9)
         np.testing.assert_allclose(solution["x"][-1], -0.5 + 0.25 - 0.5 * 0.25**2, atol=1e-9)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("derivative", [jax.jacfwd, jax.grad])
+def test_the_state_follows_such_a_start_value_in_derivatives(derivative: Callable[..., Any]) -> None:
+    def end(y: Scalar) -> Scalar:
+        return simulate(Settled(y=y), 0.25, save="end").final.x
+
+    assert float(derivative(end)(0.5)) == pytest.approx(1.0, abs=1e-9)
