@@ -187,7 +187,7 @@ def _when_equation(node: Any) -> tuple[e.Statement, ...]:
         return (e.Assign(targets, expression(body["function"])),)
     if tag == "Conditional":
         blocks = tuple((expression(c), _when_body(nodes)) for c, nodes in body["branches"])
-        return (e.IfStatement(blocks, _when_body(body["else_branch"])),)
+        return (e.IfStatement(blocks, _when_body(body["else_branch"] or ())),)
     raise UnknownSyntax(f"when-equation {tag}: {body}")
 
 

@@ -17,6 +17,7 @@ from .clock_inference import OPERATORS, Inference
 from .clock_operators import Operators, discrete
 from .clock_partitions import Clock
 from .clock_ticks import Tick
+from .statement_branches import Values, assertions, before, branches_of, chosen, together
 from .statement_terms import targets_of
 
 
@@ -97,12 +98,10 @@ class _Rewriting:
         node = self.inference.clock(condition)
         self.inference.partitions.mark(node)
         for names, value in _assigned(body).items():
-            left = e.Ref(names[0]) if len(names) == 1 else e.TupleOf(tuple(e.Ref(n) if n else None for n in names))
-            self._take(FlatEquation(e.Binary("Sub", left, value), "", "when", None), node)
-        for s in body:
-            if isinstance(s, e.Assert):
-                self.inference.read(s, node)
-                self.asserts.append((s, node))
+            self._take(FlatEquation(e.Binary("Sub", together(names), value), "", "when", None), node)
+        for demand in assertions(body):
+            self.inference.read(demand, node)
+            self.asserts.append((demand, node))
         return True
 
     def _take(self, equation: FlatEquation, node: Hashable) -> None:
@@ -169,21 +168,15 @@ class _Rewriting:
         return dataclasses.replace(algorithm, body=tuple(self.operators.of(s, clock) for s in body))
 
 
-def _assigned(body: e.Body) -> dict[tuple[str, ...], Any]:
+def _assigned(body: e.Body) -> Values:
     """The values that the equations of a clocked when-clause give to variables."""
-    found: dict[tuple[str, ...], Any] = {}
+    found: Values = {}
     for s in body:
         match s:
             case e.Assign():
                 found[tuple("" if t is None else t.name for t in s.targets)] = s.value
             case e.IfStatement():
-                inner = [(c, _assigned(b)) for c, b in s.blocks]
-                other = _assigned(s.otherwise)
-                for names in dict.fromkeys(n for _, values in (*inner, (None, other)) for n in values):
-                    kept = e.Builtin("Previous", (e.Ref(names[0]),))
-                    found[names] = e.If(
-                        tuple((c, values.get(names, kept)) for c, values in inner), other.get(names, kept)
-                    )
+                found |= chosen(s, [_assigned(branch) for _, branch in branches_of(s)], before("Previous"))
             case e.Assert():
                 pass
             case _:

@@ -93,7 +93,10 @@ def _relation(x: e.Binary, at: Scope) -> Value:
     truth = relation(x.op, _first(x.left, at), _first(x.right, at))
     if is_known(truth):
         return truth
-    holds = at.holds and x.op not in ("Eq", "Neq") and not (only_discrete(x.left) and only_discrete(x.right))
+    changes_at_events = only_discrete(x.left) and only_discrete(x.right)
+    if at.in_condition and changes_at_events:
+        return jnp.asarray(truth, float) > 0.5  # never on its limit, which the engine would count as reached
+    holds = at.holds and x.op not in ("Eq", "Neq") and not changes_at_events
     # The engine cannot search for a relation between rates; such a relation counts as in noEvent.
     return held_relation(jnp.asarray(truth)) if holds and not reads_rates(x) else truth
 

@@ -6,6 +6,7 @@ at which the condition becomes true (Modelica 3.6, section 8.3.5 and appendix B)
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 from typing import Any
 
 from ..._errors import ModelError
@@ -13,6 +14,18 @@ from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import mapped
 from .previous_at_start import PreviousAtStart, previous_at_start
+from .statement_branches import (
+    Names,
+    Values,
+    all_of,
+    any_of,
+    assertions,
+    before,
+    branches_of,
+    chosen,
+    together,
+    without_assertions,
+)
 from .statement_terms import targets_of
 
 INITIAL = e.Builtin("Initial", ())
@@ -129,8 +142,8 @@ class Lowering:
                 assign.append(e.Assign((e.Target(name),), self._sampled(item)))
             now = e.Ref(name)
             # A condition that is true from the start on has not become true.
-            parts.append(_all([now, e.Unary("Not", e.Builtin("Pre", (now,))), e.Unary("Not", INITIAL)]))
-        return _any(parts)
+            parts.append(all_of([now, e.Unary("Not", e.Builtin("Pre", (now,))), e.Unary("Not", INITIAL)]))
+        return any_of(parts)
 
     def _conditions(self, condition: Any) -> tuple[Any, ...]:
         """The conditions in one that may be a vector."""
@@ -147,15 +160,15 @@ class Lowering:
             FlatEquation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None)
         )
 
-    def _when_equations(self, when: e.WhenClause) -> dict[tuple[str, ...], list[tuple[str, Any]]]:
+    def _when_equations(self, when: e.WhenClause) -> dict[Names, list[tuple[str, Any]]]:
         """The variables that a when-clause sets: for each, the names of the active conditions with the values."""
         earlier: list[Any] = []
-        found: dict[tuple[str, ...], list[tuple[str, Any]]] = {}
+        found: dict[Names, list[tuple[str, Any]]] = {}
         for condition, body in when.blocks:
             edge = self._edges(condition)
             active = self._variable("active", "Boolean")
             none = [e.Unary("Not", e.Ref(name)) for name in earlier]
-            self._state(active, _all([edge, *none]), "")
+            self._state(active, all_of([edge, *none]), "")
             earlier.append(active)
             for names, value in self._values(body, active).items():
                 found.setdefault(names, []).append((active, value))
@@ -165,8 +178,18 @@ class Lowering:
             )
         return found
 
-    def _values(self, body: e.Body, active: str) -> dict[tuple[str, ...], Any]:
-        found: dict[tuple[str, ...], Any] = {}
+    def _taken(self, body: e.Body, active: str, given: Sequence[Any]) -> str:
+        """The name of the Boolean that is true if a branch of an active when-clause is taken: that of the clause, if
+        the branch has no events.
+        """
+        if all(isinstance(s, e.Assign) for s in body):
+            return active
+        name = self._variable("active", "Boolean")
+        self._state(name, all_of([e.Ref(active), e.Builtin("NoEvent", (all_of(given),))]), "")
+        return name
+
+    def _values(self, body: e.Body, active: str) -> Values:
+        found: Values = {}
         for s in body:
             match s:
                 case e.Assign():
@@ -180,36 +203,30 @@ class Lowering:
                     # A run cannot end early as if it were complete: it ends with this reason.
                     self.out.demands.append(Assertion(active, e.Const(False), s.message))
                 case e.IfStatement():
-                    inner = [(c, self._values(b, active)) for c, b in s.blocks]
-                    other = self._values(s.otherwise, active)
-                    for names in dict.fromkeys(n for _, values in (*inner, (None, other)) for n in values):
-                        kept = _previous(names)
-                        found[names] = e.If(
-                            tuple((c, values.get(names, kept)) for c, values in inner), other.get(names, kept)
-                        )
+                    values = [self._values(b, self._taken(b, active, given)) for given, b in branches_of(s)]
+                    found |= chosen(s, values, before("Pre"))
                 case _:
                     raise ModelError(f"a {type(s).__name__.lower()} in a when-clause is not supported.")
         return found
 
-    def _assigned(self, assigned: dict[tuple[str, ...], list[tuple[str, Any]]]) -> None:
+    def _assigned(self, assigned: dict[Names, list[tuple[str, Any]]]) -> None:
         for names, values in assigned.items():
             branches: list[tuple[Any, Any]] = [(e.Ref(active), self._sampled(value)) for active, value in values]
             if len(names) == 1 and names[0] in self.out.initial:
                 branches.insert(0, (INITIAL, self.out.initial.pop(names[0])))
-            left = e.Ref(names[0]) if len(names) == 1 else e.TupleOf(tuple(e.Ref(n) if n else None for n in names))
-            right = e.If(tuple(branches), _previous(names))
+            right = e.If(tuple(branches), before("Pre")(names))
             # Relations in a when-clause cause no events of their own.
             right = e.Builtin("NoEvent", (right,))
-            self.out.equations.append(FlatEquation(e.Binary("Sub", left, right), "", "when", None))
+            self.out.equations.append(FlatEquation(e.Binary("Sub", together(names), right), "", "when", None))
 
     # When-clauses in algorithms
 
     def _algorithm(self, algorithm: Algorithm) -> Algorithm:
         added: list[str] = []
+        body = self._body(algorithm.body, added)
         # Assertions hold for the values at the end of the algorithm.
-        demands = [s for s in algorithm.body if isinstance(s, e.Assert) and not s.is_warning]
-        self.out.demands += [Assertion(None, self._sampled(s.condition), s.message) for s in demands]
-        body = self._body(tuple(s for s in algorithm.body if not isinstance(s, e.Assert)), added)
+        self.out.demands += [Assertion(None, s.condition, s.message) for s in assertions(body)]
+        body = without_assertions(body)
         return dataclasses.replace(algorithm, body=body, outputs=(*algorithm.outputs, *added))
 
     def _body(self, body: e.Body, added: list[str]) -> e.Body:
@@ -284,24 +301,3 @@ class Lowering:
 def _renamed(x: Any, names: dict[str, str]) -> Any:
     x = mapped(x, lambda part: _renamed(part, names))
     return dataclasses.replace(x, name=names[x.name]) if isinstance(x, e.Ref | e.Target) and x.name in names else x
-
-
-def _previous(names: tuple[str, ...]) -> Any:
-    kept = tuple(e.Builtin("Pre", (e.Ref(name),)) if name else None for name in names)
-    return kept[0] if len(kept) == 1 else e.TupleOf(kept)
-
-
-def _any(parts: list[Any]) -> Any:
-    if not parts:
-        return e.Const(False)
-    found = parts[0]
-    for part in parts[1:]:
-        found = e.Binary("Or", found, part)
-    return found
-
-
-def _all(parts: list[Any]) -> Any:
-    found = parts[0]
-    for part in parts[1:]:
-        found = e.Binary("And", found, part)
-    return found

@@ -1,0 +1,76 @@
+"""The branches of `if` statements."""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from typing import Any, TypeAlias
+
+from .._syntax import expressions as e
+
+Names: TypeAlias = tuple[str, ...]  # that one equation sets together
+Values: TypeAlias = dict[Names, Any]
+
+
+def branches_of(s: e.IfStatement) -> Iterator[tuple[tuple[e.Expression, ...], e.Body]]:
+    """The branches, each with the conditions under all of which it is taken."""
+    earlier: tuple[e.Expression, ...] = ()
+    for condition, body in s.blocks:
+        yield (*earlier, condition), body
+        earlier = (*earlier, e.Unary("Not", condition))
+    yield earlier, s.otherwise
+
+
+def chosen(s: e.IfStatement, values: Sequence[Mapping[Names, Any]], kept: Callable[[Names], Any]) -> Values:
+    """The values that an `if` gives to variables, from those of its branches. A branch keeps what it does not set."""
+    *inner, other = values
+
+    def value(names: Names) -> e.Expression:
+        branches = zip(s.blocks, inner, strict=True)
+        return e.If(tuple((c, own.get(names, kept(names))) for (c, _), own in branches), other.get(names, kept(names)))
+
+    return {names: value(names) for names in dict.fromkeys(names for own in values for names in own)}
+
+
+def assertions(body: e.Body, given: Iterable[e.Expression] = ()) -> Iterator[e.Assert]:
+    """The assertions among statements that must hold. One in a branch of an `if` need only hold if it is taken."""
+    for s in body:
+        if isinstance(s, e.Assert) and not s.is_warning:
+            yield dataclasses.replace(s, condition=implied(given, s.condition))
+        elif isinstance(s, e.IfStatement):
+            for conditions, branch in branches_of(s):
+                yield from assertions(branch, (*given, *conditions))
+
+
+def without_assertions(body: e.Body) -> e.Body:
+    """Statements without the assertions that `assertions` finds, and without warnings."""
+    return tuple(
+        e.IfStatement(tuple((c, without_assertions(b)) for c, b in s.blocks), without_assertions(s.otherwise))
+        if isinstance(s, e.IfStatement)
+        else s
+        for s in body
+        if not isinstance(s, e.Assert)
+    )
+
+
+def together(names: Names, each: Callable[[e.Ref], e.Expression] = lambda name: name) -> e.Expression:
+    """The values that one equation sets together, from that of each name. A result that is not used has no name."""
+    found = tuple(each(e.Ref(name)) if name else None for name in names)
+    return found[0] if len(found) == 1 and found[0] is not None else e.TupleOf(found)
+
+
+def before(operator: str) -> Callable[[Names], e.Expression]:
+    """The values that `pre` or `previous` gives to names."""
+    return lambda names: together(names, lambda name: e.Builtin(operator, (name,)))
+
+
+def implied(given: Iterable[e.Expression], condition: e.Expression) -> e.Expression:
+    """Whether a condition holds if all the given ones do."""
+    return any_of([*(e.Unary("Not", one) for one in given), condition])
+
+
+def all_of(parts: Sequence[e.Expression]) -> e.Expression:
+    return ft.reduce(ft.partial(e.Binary, "And"), parts) if parts else e.Const(True)
+
+
+def any_of(parts: Sequence[e.Expression]) -> e.Expression:
+    return ft.reduce(ft.partial(e.Binary, "Or"), parts) if parts else e.Const(False)
