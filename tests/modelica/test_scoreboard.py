@@ -10,7 +10,7 @@ import pytest
 from acausal import StructureError, simulate
 from acausal.modelica import ModelicaError, load
 from acausal.modelica._load import flat_of
-from acausal.modelica._scoreboard.compare import signal
+from acausal.modelica._scoreboard.compare import compared, signal
 from acausal.modelica._scoreboard.twins.heat_and_signals import twins
 from acausal.modelica._scoreboard.twins.run import deviations, differing
 
@@ -85,3 +85,19 @@ def test_twins_are_compared() -> None:
     other = dataclasses.replace(loop, text=LOOP.replace("gain = 2", "gain = 2.1"))
     found: Any = {"right": deviations(loop, []), "other": deviations(other, [])}
     assert differing(found) == ["other"]
+
+
+@pytest.mark.thorough
+def test_the_gradient_of_an_element_of_a_signal_is_checked(tmp_path: Path) -> None:
+    """Elements count from 1. The fixed value is a signal, too, which no parameter changes."""
+    (tmp_path / "P.mo").write_text(
+        "package P model Rise constant Real c = 3; parameter Real k = 2; Real y[2](each start = 0, each fixed = true);"
+        " equation der(y[1]) = 1; der(y[2]) = k; end Rise; end P;"
+    )
+    folder = tmp_path / "P" / "Rise"
+    folder.mkdir(parents=True)
+    (folder / "comparisonSignals.txt").write_text("c\ny[1]\ny[2]\n")
+    (folder / "Rise.csv").write_text("time,c,y[1],y[2]\n0,3,0,0\n1,3,1,2\n")
+    row = compared("P.Rise", [tmp_path / "P.mo"], folder, gradient=True)
+    assert (row.stage, row.gradient) == ("agrees", "right (d y[2] / d k)")
+    assert set(row.deviations) == {"c", "y[1]", "y[2]"}

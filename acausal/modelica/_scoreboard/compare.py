@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from ..._declare.by_name import parameters, replace
@@ -61,7 +62,7 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
             if max(row.deviations.values(), default=0.0) <= TOLERANCE:
                 row.stage = "agrees"
         if gradient and row.stage == "agrees" and reference is not None:
-            row.gradient = _gradient(made, reference, times)
+            row.gradient = _gradient(flat, made, reference, times)
     except (AcausalError, ArithmeticError, LookupError, TypeError, ValueError) as error:
         row.reason = f"{type(error).__name__}: {error}"
     row.seconds = time.monotonic() - start
@@ -81,15 +82,14 @@ def _deviations(flat: FlatModelica, solution: Solution, reference: Reference, ti
     found = {}
     for name, values in reference.signals.items():
         own = signal(flat, solution, name)
-        if own is None:
-            found[name] = float("inf")
-        else:
-            found[name] = deviation(reference.times, values, times, np.broadcast_to(own, times.shape))
+        found[name] = float("inf") if own is None else deviation(reference.times, values, times, np.asarray(own))
     return found
 
 
-def signal(flat: FlatModelica, solution: Solution, name: str) -> np.ndarray | None:
-    """A signal by its Modelica name, which counts elements from 1; also constants and fixed parameters."""
+def signal(flat: FlatModelica, solution: Solution, name: str) -> jax.Array | None:
+    """A signal by its Modelica name, which counts elements from 1; also constants and fixed parameters. None for one
+    that the model does not have.
+    """
     base, bracket, index = name.rpartition("[")
     is_element = bool(bracket) and base in flat.variables
     place = tuple(int(i) - 1 for i in index[:-1].split(",")) if is_element else ()
@@ -97,20 +97,23 @@ def signal(flat: FlatModelica, solution: Solution, name: str) -> np.ndarray | No
     path = attribute_path(whole)
     for own in (path, f"{path}.value"):  # an input or output of the model is a port, whose variable is `value`
         if own in solution:
-            return np.asarray(solution[own])[(..., *place)]
+            return jnp.asarray(solution[own])[(..., *place)]
     known = KnownValues(flat)
-    return np.asarray(known[whole], float)[place] if whole in known else None
+    return jnp.full_like(solution.ts, np.asarray(known[whole], float)[place]) if whole in known else None
 
 
-def _gradient(model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
+def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
     """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
-    sizes = {attribute_path(name): float(np.max(np.abs(values))) for name, values in reference.signals.items()}
+    sizes = {name: float(np.max(np.abs(values))) for name, values in reference.signals.items()}
     for path, value in _parameters(model):
         for name, size in sizes.items():
 
             def end(x: Any, path: str = path, name: str = name) -> Any:
                 changed = replace(model, {path: x})
-                return simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end")[name][..., -1]
+                solution = simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end")
+                found = signal(flat, solution, name)
+                assert found is not None  # the model agrees with the reference
+                return found[-1]
 
             step = STEP * abs(value)
             difference = float((end(value + step) - end(value - step)) / (2.0 * step))
