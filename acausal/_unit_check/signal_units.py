@@ -7,8 +7,8 @@ import numpy as np
 
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.graph import connected
-from .._units.dimension import Dimension, described, unit_of
-from .._units.parsing import parsed
+from .._units.dimension import Dimension, described, si_unit_of
+from .._units.parsing import common_unit, parsed
 from .kind_units import kind_units
 
 
@@ -43,10 +43,8 @@ def _signal_units(flat: FlatModel) -> dict[int, str]:
         leaves = [int(flat.leaf_of_node[node]) for node in net]
         units = {own[leaf]: None for leaf in leaves if leaf in own}
         units |= {flat.leaves[leaf].declaration.unit: None for leaf in leaves if flat.leaves[leaf].declaration.unit}
-        # A speed is in rad/s rather than in 1/s if a part says so.
-        if units and len({parsed(unit).dimension for unit in units}) == 1:
-            best = max(units, key=lambda unit: parsed(unit).has_angle)
-            found |= dict.fromkeys((leaf for leaf in leaves if not flat.leaves[leaf].declaration.unit), best)
+        if unit := common_unit(list(units)):
+            found |= dict.fromkeys((leaf for leaf in leaves if not flat.leaves[leaf].declaration.unit), unit)
     return found
 
 
@@ -89,7 +87,7 @@ def _units(flat: FlatModel) -> dict[int, str]:
         declared = {parsed(one.unit).dimension: one.unit for one in kind.declarations if one.unit}
         for slot, dimension in enumerate(kind_units(kind).dimensions):
             if dimension is not None:
-                unit = declared.get(dimension, unit_of(dimension))
+                unit = declared.get(dimension, si_unit_of(dimension))
                 found |= dict.fromkeys((instances.leaf(entry, slot) for entry in range(len(instances.paths))), unit)
     return found
 

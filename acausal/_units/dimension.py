@@ -76,7 +76,7 @@ def _derived() -> dict[Dimension, str]:
 DERIVED = _derived()
 
 
-def unit_of(dimension: Dimension) -> str:
+def si_unit_of(dimension: Dimension) -> str:
     """The SI unit of a dimension, "1" for a number."""
     return "1" if dimension == NUMBER else DERIVED.get(dimension, str(dimension))
 

@@ -8,6 +8,7 @@ import dataclasses
 import functools as ft
 import math
 import re
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -70,6 +71,20 @@ def parsed(unit: str) -> Unit:
     powers = _powers(unit)
     dimension = math.prod((_COHERENT[symbol] ** power for symbol, power in powers.items()), start=NUMBER)
     return Unit(dimension, is_si=True, has_angle=powers.get("rad", 0) != 0, counts=powers.get("Hz", 0) != 0)
+
+
+def common_unit(units: Sequence[str]) -> str:
+    """The unit of quantities in some units, if these have the same values: of 1/s and rad/s the one with the angle.
+    Otherwise "".
+    """
+    if len(units) < 2:
+        return "".join(units)
+    all_units = [parsed(unit) for unit in units]
+    angles = [unit for unit, one in zip(units, all_units, strict=True) if one.has_angle]
+    is_mixed = len({one.dimension for one in all_units}) > 1 or not all(one.is_si for one in all_units)
+    if is_mixed or (angles and any(one.counts for one in all_units)):
+        return ""
+    return [*angles, *units][0]
 
 
 def is_coherent(unit: str) -> bool:

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from acausal._unit_check.interpret import Interpreter
 from acausal._unit_check.values import Value
 from acausal._units.dimension import NUMBER, Dimension, base, described
-from acausal._units.parsing import UnknownUnit, parsed, pint_unit, registry, unit_of
+from acausal._units.parsing import UnknownUnit, common_unit, parsed, pint_unit, registry, unit_of
 
 N, M, S, KG = parsed("N").dimension, base("m"), base("s"), base("kg")
 
@@ -282,3 +282,20 @@ def test_other_base_units_scale_what_has_a_dimension(tree: Any, seed: int) -> No
         np.testing.assert_allclose(
             after, before * factor(value.dimension), rtol=1e-9, atol=1e-9 * factor(value.dimension)
         )
+
+
+@pytest.mark.parametrize(
+    ("units", "common"),
+    [
+        (["1/s", "rad/s"], "rad/s"),
+        (["m"], "m"),
+        (["mm"], "mm"),
+        ([], ""),
+        (["m", "mm"], ""),
+        (["rad/s", "rpm"], ""),
+        (["Hz", "rad/s"], ""),
+        (["m", "s"], ""),
+    ],
+)
+def test_units_of_equal_values_have_one_name(units: list[str], common: str) -> None:
+    assert common_unit(units) == common

@@ -7,6 +7,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from ..._extras import Axes, Panels, panels
+from ..._units.parsing import common_unit
 from ..._units.quantity import from_si
 from .columns import Column, Item, columns, named_modes
 from .mode_plot import draw_modes
@@ -46,17 +47,20 @@ def plot_solution(
 
 
 def _in_one_unit(panel: list[Column]) -> list[Column]:
-    """The columns of one panel. Those without a known unit, such as a setpoint, take that of the others."""
+    """The columns of one panel. Those without a known unit, such as a setpoint, take that of the others, and 1/s is
+    rad/s beside a speed.
+    """
     units = list(dict.fromkeys(column.unit for column in panel if column.unit))
-    if not panel or len(units) > 1:
+    unit = common_unit(units)
+    if not panel or (units and not unit):
         raise ModelError(
             f"A list of items is one panel, so they have one unit, got {', '.join(units) or 'an empty list'}. Remedy: "
             "give units, as in ('load.w', 'rpm'), or several lists."
         )
     return [
-        column
+        column._replace(unit=unit)
         if column.unit or not units
-        else column._replace(unit=units[0], values=from_si(column.values, units[0], column.label))
+        else column._replace(unit=unit, values=from_si(column.values, unit, column.label))
         for column in panel
     ]
 

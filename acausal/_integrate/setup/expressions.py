@@ -12,7 +12,7 @@ from ..._reduce.flat_model import FlatModel
 from ..._unit_check.interpret import Interpreter
 from ..._unit_check.signal_units import unit_of_leaf
 from ..._unit_check.values import Value, constant
-from ..._units.dimension import unit_of
+from ..._units.dimension import si_unit_of
 from ..._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, trace
 
@@ -55,7 +55,7 @@ def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel, what: s
     # A dimension may have several units, such as rad/s and 1/s. The result takes the unit of the variables in the
     # expression. If these have several units of this dimension, or none, it takes the name of the dimension.
     same = {unit for unit in units if unit and parsed(unit).dimension == result.dimension}
-    return same.pop() if len(same) == 1 else unit_of(result.dimension)
+    return same.pop() if len(same) == 1 else si_unit_of(result.dimension)
 
 
 def _value(unit: str) -> Value:
