@@ -8,7 +8,7 @@ import pytest
 from _rig import Rig
 from _static_blocks import output
 
-from acausal import Component, Connections, ParameterError, connect, simulate
+from acausal import Component, Connections, ParameterError, connect, initialise, simulate
 from components import blocks
 
 FALSE_TRUE = np.array([0.0, 0.0, 1.0, 1.0]), np.array([0.0, 1.0, 0.0, 1.0])
@@ -82,12 +82,14 @@ def test_a_latch_follows_its_set_again_after_a_reset() -> None:
     np.testing.assert_array_equal(solution.parts[2].y.value, [1.0, 0.0, 1.0])
 
 
-def test_delays_and_pulses_of_no_duration_end_at_the_start_of_a_run() -> None:
+@pytest.mark.parametrize("initialised", [False, True])
+def test_delays_and_pulses_of_no_duration_end_at_the_start_of_a_run(initialised: bool) -> None:
     def wire(one: Any, delay: Any, mono: Any) -> Connections:
         return (connect(one.y, delay.u, mono.u),)
 
     parts = (blocks.Constant(k=1.0), blocks.OnDelay(T=0.0), blocks.Monostable(T=0.0))
-    solution = simulate(Rig(parts=parts, wiring=wire), 1.0, save="end")
+    model = Rig(parts=parts, wiring=wire)
+    solution = simulate(initialise(model) if initialised else model, 1.0, save="end")
     assert float(solution.final.parts[1].y.value) == 1.0
     assert float(solution.final.parts[2].y.value) == 0.0
 

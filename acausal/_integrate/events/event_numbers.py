@@ -135,12 +135,15 @@ class EventNumbers:
         return self.responds & self.settings.is_search
 
     @ft.cached_property
-    def remains(self) -> np.ndarray:
-        """Events that set variables other than discrete ones, which a start search leaves to the run."""
-        if self.settings.is_resumed or self.settings.is_search:
-            return np.zeros(self.total, bool)
+    def sets_others(self) -> np.ndarray:
+        """Events that set variables other than discrete ones."""
         discrete = self.system.carried.discrete_places
         return self._of_entries(lambda entry: any(leaf not in discrete for leaf in entry.targets))
+
+    @ft.cached_property
+    def remains(self) -> np.ndarray:
+        """Events that set variables other than discrete ones, which a start search leaves to the run."""
+        return self.sets_others & (not (self.settings.is_resumed or self.settings.is_search))
 
     @ft.cached_property
     def is_listed(self) -> np.ndarray:

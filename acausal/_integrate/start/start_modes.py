@@ -52,6 +52,7 @@ class _Round(NamedTuple):
     kept: _Point
     fired: Numbers
     late: Array  # events that fired one by one, after the first rounds
+    due: Array  # events that the last round has scheduled for the start, or for an earlier instant
     count: Any
     tried: Array  # number of the single event on trial; 0 while events fire by themselves
 
@@ -75,7 +76,8 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     This is a complementarity problem at one instant: events that fire at the point of the current modes change them.
     The first rounds fire all of these events, later rounds only the first one, which terminates as least-index methods
     for linear complementarity problems do (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988,
-    ch. 4). Events change only discrete variables here; other variables are set at the start of a run.
+    ch. 4). Events that a round schedules for the start fire in the next round. Events change only discrete variables
+    here; other variables are set at the start of a run.
 
     If the modes found have no point that satisfies the conditions, single events are tried in turn. An example is a
     body pushed to a distant stop, which has no equilibrium before the stop. An event is kept if no event whose
@@ -89,6 +91,7 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     args, y = (start.args, start.y) if is_smooth else jax.lax.stop_gradient((start.args, start.y))
     t0 = t0 if is_smooth else jax.lax.stop_gradient(t0)
     matters = events.responds
+    none = jnp.zeros(events.total, bool)
     most, single = most_rounds(events), np.eye(events.total, dtype=bool)[matters & ~events.follows]
 
     def point(y: Array, holds: Array) -> tuple[_Point, Array]:
@@ -107,27 +110,33 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         after = with_discrete(events, point.y, point.values, changes & matters)
         return jnp.all(after[layout.discrete] == point.y[layout.discrete])
 
+    def due(before: Array, after: Array) -> Array:
+        """Events that a round has scheduled for the start or earlier, if they set discrete variables only."""
+        if not events.resets_times:
+            return none
+        is_reset, last = events.set_anew(t0, before, after, args)
+        return is_reset & jnp.isfinite(last) & ~events.sets_others
+
     def next_round(r: _Round) -> _Round:
         new, triggered = point(r.y, r.holds)
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = jnp.where(r.count < TOGETHER, triggered, first_of(events, triggered)) & ~is_trial
+        fired = (jnp.where(r.count < TOGETHER, triggered, first_of(events, triggered)) | r.due) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)
         tried = jnp.asarray(single)[jnp.minimum(number, len(single) - 1)] if len(single) else fired
         y = with_discrete(events, kept.y, kept.values, jnp.where(tries, tried, fired))
         holds = jnp.where(events.either, jnp.where(fired, kept.truths, kept.holds), kept.truths & (kept.holds | fired))
-        return _Round(y, holds, kept, fired, late, r.count + 1, number + tries)
+        return _Round(y, holds, kept, fired, late, due(kept.y, y) & ~tries, r.count + 1, number + tries)
 
     def goes_on(r: _Round) -> Array:
         tries = ~is_met(r.kept.lack) & (r.tried > 0) & (r.tried <= len(single))
         return jnp.where(jnp.any(r.fired), r.count < most, tries & (not is_smooth))
 
-    none = jnp.zeros(events.total, bool)
     empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), jax.eval_shape(point, y, start.holds)[0])
-    first = _Round(y, start.holds, empty, ~none, none, jnp.asarray(0), jnp.asarray(0))
+    first = _Round(y, start.holds, empty, ~none, none, none, jnp.asarray(0), jnp.asarray(0))
     trials = 0 if is_smooth else len(single) * (len(single) + 1)
     end = repeated(goes_on, next_round, first, most + trials, is_smooth)
     if is_smooth:
