@@ -50,11 +50,12 @@ class LaminarLosses(PumpLosses, partial=True):
         viscosity: Any,
         density: Any = 870.0,
     ) -> Self:
-        """Coefficients >= 0 that fit measured efficiencies of a pump best, in least squares.
+        """Coefficients that fit measured efficiencies of a pump best, by non-negative least squares.
 
         speeds in rad/s, pressure rises in Pa, and efficiencies, one row for each speed; viscosity in Pa.s and density
         in kg/m3 at the measurement. The residuals are those of the volumetric efficiency, 1 - slip/(D w), and of the
-        inverse of the mechanical efficiency, 1 + drag/(D dp). Unlike a map, the law then holds at other viscosities.
+        inverse of the mechanical efficiency, 1 + drag/(D dp) (algorithm: Lawson, Hanson, `Solving Least Squares
+        Problems`, 1974, ch. 23). Unlike a map, the law then holds at other viscosities.
         """
         w, dp = np.meshgrid(np.asarray(speeds, float), np.asarray(pressures, float), indexing="ij")
         eta_v, eta_m = np.asarray(volumetric, float), np.asarray(mechanical, float)
