@@ -1,6 +1,6 @@
 """Ideal sensors: no force, no mass."""
 
-from typing import Self
+from typing import Any, Self
 
 from acausal import Component, Equations, eq
 
@@ -8,38 +8,44 @@ from ..blocks import Output
 from ._interfaces import Frame, Line, TwoFrames
 
 
-class PositionSensor(Component):
-    """Position of a frame in m and its angle in rad (PlanarMechanics `AbsolutePosition`)."""
+class FrameSensor(Component, partial=True):
+    """A sensor at one frame."""
 
     frame: Frame = Frame()
+
+    def equations(self, d: Any) -> Equations:
+        del d
+        return dict(
+            no_force_x=eq(self.frame.fx),
+            no_force_y=eq(self.frame.fy),
+            no_torque=eq(self.frame.tau),
+        )
+
+
+class PositionSensor(FrameSensor):
+    """Position of a frame in m and its angle in rad (PlanarMechanics `AbsolutePosition`)."""
+
     x: Output = Output()
     y: Output = Output()
     phi: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            no_force_x=eq(self.frame.fx),
-            no_force_y=eq(self.frame.fy),
-            no_torque=eq(self.frame.tau),
+        return super().equations(d) | dict(
             x=eq(self.x.value, self.frame.x),
             y=eq(self.y.value, self.frame.y),
             phi=eq(self.phi.value, self.frame.phi),
         )
 
 
-class SpeedSensor(Component):
+class SpeedSensor(FrameSensor):
     """Speeds of a frame in m/s and its angular speed in rad/s (PlanarMechanics `AbsoluteVelocity`)."""
 
-    frame: Frame = Frame()
     vx: Output = Output()
     vy: Output = Output()
     w: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        return dict(
-            no_force_x=eq(self.frame.fx),
-            no_force_y=eq(self.frame.fy),
-            no_torque=eq(self.frame.tau),
+        return super().equations(d) | dict(
             vx=eq(self.vx.value, d.frame.x),
             vy=eq(self.vy.value, d.frame.y),
             w=eq(self.w.value, d.frame.phi),
