@@ -12,7 +12,10 @@ from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
 from acausal import Connections, connect, initialise, simulate
-from components.planar import Bar, Body, Fixed, FixedTranslation, Prismatic, Revolute
+from acausal.testing import check_law
+from components.planar import Bar, Body, Fixed, FixedTranslation, LineForce, Prismatic, Revolute
+from components.rotational import ConstantTorque, Flange
+from components.translational import Flange as Rod
 
 G = 9.80665
 
@@ -59,6 +62,34 @@ def test_double_pendulum() -> None:
     end = simulate(rig, 1.0, save="end", rtol=1e-9).final.parts
     there = solve_ivp(rates, (0.0, 1.0), [-0.5, -0.2, 1.0, 0.6], rtol=1e-11, atol=1e-12).y[:, -1]
     np.testing.assert_allclose([end[2].a.phi, end[5].a.phi, end[3].w, end[6].w], there, rtol=1e-6)
+
+
+def _driven(wall: Fixed, joint: Any, bar: Bar, motor: ConstantTorque) -> Connections:
+    return (*_chain(wall, joint, bar), connect(motor.flange, joint.shaft))
+
+
+@pytest.mark.thorough
+def test_a_motor_turns_a_bar_and_its_sensitivity() -> None:
+    """phi = tau t^2/(2 J) with J = m L^2/3 in a horizontal plane, so that dphi/dL = -2 phi/L."""
+
+    def turned(L: Any) -> Any:
+        parts = (Fixed(), Revolute(shaft=Flange()), Bar(m=0.6, L=L, g=0.0), ConstantTorque(torque=0.5))
+        return simulate(Rig(parts=parts, wiring=_driven), 1.0, save="end", rtol=1e-9).final.parts[1].phi
+
+    angle, slope = jax.value_and_grad(turned)(0.5)
+    np.testing.assert_allclose([angle, slope], [5.0, -20.0], rtol=1e-7)
+
+
+def test_forces_on_joints_and_along_lines() -> None:
+    """A torque on the shaft turns b on, and a force on the rod moves b away from a."""
+    turn = {"a.phi": 0.2, "b.phi": 0.7, "shaft.tau": 3.0}
+    check_law(Revolute(shaft=Flange()), given=turn, expected={"shaft.phi": 0.5, "a.tau": 3.0, "b.tau": -3.0})
+    c, s = np.cos(0.4), np.sin(0.4)
+    slide = {"a.x": 1.0, "a.y": 2.0, "a.phi": 0.1, "rod.s": 0.5, "rod.f": 4.0, "b.fx": -4.0 * c, "b.tau": 0.0}
+    pushed = {"b.x": 1.0 + 0.5 * c, "b.y": 2.0 + 0.5 * s, "b.fy": -4.0 * s, "a.tau": 0.0}
+    check_law(Prismatic(angle=0.3, rod=Rod()), given=slide, expected=pushed)
+    line = {"a.x": 1.0, "a.y": 1.0, "b.x": 4.0, "b.y": 5.0, "rod.f": 10.0}
+    check_law(LineForce(), given=line, expected={"rod.s": 5.0, "a.fx": 6.0, "a.fy": 8.0, "b.fx": -6.0, "b.fy": -8.0})
 
 
 FRAME, CRANK, COUPLER, ROCKER = 0.5, 0.2, 0.5, 0.4

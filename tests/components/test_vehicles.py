@@ -119,5 +119,11 @@ def test_what_dampers_and_tyres_refuse() -> None:
         TabulatedDamper(speeds=[-1.0, 0.0], forces=[1.0, 0.0])
     with pytest.raises(ParameterError, match="forces must have shape"):
         translational.TabulatedDamper(speeds=[-1.0, 0.0], forces=[1.0])
+    with pytest.raises(ParameterError, match="speeds must include 0"):
+        rotational.TabulatedDamper(speeds=[-1.0, 1.0], torques=[-1.0, 1.0])
+    with pytest.raises(ParameterError, match="torques must have the sign of speeds"):
+        rotational.TabulatedDamper(speeds=[-1.0, 0.0, 1.0], torques=[-1.0, 0.1, 1.0])
+    with pytest.raises(ParameterError, match="C must be at most 2, so that the force has the direction of the slip"):
+        Tyre(radius=0.3, F_z=1.0, C=2.1)
     with pytest.raises(ParameterError, match="E must be at most 1"):
         Tyre(radius=0.3, F_z=1.0, E=1.5)
