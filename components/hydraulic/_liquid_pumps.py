@@ -12,23 +12,20 @@ from acausal import (
     Param,
     Requirements,
     Scalar,
-    Var,
     eq,
     nonnegative,
     positive,
-    prefer,
     require,
 )
 
 from .._limit import limited
 from ..blocks import Input
-from ..rotational import Flange
-from ._interfaces import FluidPort, MixedPart
 from ._liquids import AnyLiquid
+from ._pump import DisplacementMachine
 from ._pump_losses import PumpLosses
 
 
-class LiquidPump(MixedPart, partial=True):
+class LiquidPump(DisplacementMachine, partial=True):
     """A displacement machine: q = x D w r - slip from a to b, and J dw/dt = tau - x D r dp - drag, with dp = p_b - p_a.
 
     x is the displacement setting, a fraction of the displacement D, and r the density at the inlet over that at
@@ -38,17 +35,10 @@ class LiquidPump(MixedPart, partial=True):
     at its temperature. Not modelled: compression in the pump, case drain.
     """
 
-    displacement: Param[Scalar, "m3/rad", positive]  # D, as in quantity(11.0, "cm3/rev")
     liquid: AnyLiquid
     losses: PumpLosses
     J: Param[Scalar, "kg.m2", nonnegative] = 0.0  # moment of inertia
     w_t: Param[Scalar, "rad/s", positive] = 1.0  # speed range in which the inlet changes sides
-    w: Var[Scalar, "rad/s", prefer] = 0.0  # speed
-    dp: Var[Scalar, "Pa"] = 0.0  # pressure rise from a to b
-    q: Var[Scalar, "m3/s"] = 0.0  # flow from a to b
-    shaft: Flange = Flange()
-    a: FluidPort = FluidPort()  # suction
-    b: FluidPort = FluidPort()  # delivery
 
     @abc.abstractmethod
     def share(self) -> Scalar:
@@ -56,11 +46,7 @@ class LiquidPump(MixedPart, partial=True):
 
     def equations(self, d: Any) -> Equations:
         filled = self.displacement * self.share() * self._filling()
-        return dict(
-            speed=eq(self.w, d.shaft.phi),
-            rise=eq(self.dp, self.b.p - self.a.p),
-            suction=eq(self.a.q, self.q),
-            delivery=eq(self.b.q, -self.q),
+        return super().equations(d) | dict(
             flow=eq(self.q, filled * self.w - self._slip()),
             newton=eq(self.J * d.w, self.shaft.tau - filled * self.dp - self._drag()),
         )
