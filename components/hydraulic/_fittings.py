@@ -23,8 +23,8 @@ from .._limit import limited
 from ..translational import Flange
 from ._interfaces import FluidPort
 from ._liquids import AnyLiquid
-from ._restrictions import LocalLoss, transition
-from ._valves import CheckValve, LaminarResistance, Resistance, turbulent_flow
+from ._restrictions import Hole, LocalLoss
+from ._valves import CheckValve, LaminarResistance
 
 
 class TJunction(Component):
@@ -74,21 +74,17 @@ class Filter(Component):
         return (connect(self.a, self.element.a, self.bypass.a), connect(self.b, self.element.b, self.bypass.b))
 
 
-class EndCushion(Resistance):
+class EndCushion(Hole):
     """An orifice from the chamber at a to the line at b that the piston closes as it approaches its end.
 
     A = gap + (area - gap) x, with x = sense (s - end)/length limited to 0 .. 1, and the flow of a `LiquidOrifice`. Put
     a `CheckValve` from b to a in parallel, so that the piston can start. The orifice exerts no force on the rod.
     """
 
-    area: Param[Scalar, "m2", positive]  # open area, away from the end
     gap: Param[Scalar, "m2", nonnegative]  # residual area, at the end
     length: Param[Scalar, "m", positive]  # travel over which it closes
-    liquid: AnyLiquid
     end: Param[Scalar, "m"] = 0.0  # position of the end
     sense: Param[Scalar, "1", nonzero] = 1.0  # 1 if s increases away from the end, -1 if it decreases
-    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
-    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
     rod: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -99,14 +95,7 @@ class EndCushion(Resistance):
 
     def equations(self, d: Self) -> Equations:
         area = self.gap + (self.area - self.gap) * limited(self._way(), 0.0, 1.0)
-        c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
-        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
-        conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
-        return super().equations(d) | dict(
-            no_force=eq(self.rod.f),
-            law=eq(self.q, turbulent_flow(self.dp, conductance, width)),
-        )
+        return super().equations(d) | dict(no_force=eq(self.rod.f), law=eq(self.q, self._flow(area)))
 
     def _way(self) -> Scalar:
         return self.sense * (self.rod.s - self.end) / self.length

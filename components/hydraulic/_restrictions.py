@@ -24,37 +24,41 @@ def transition(
     return 0.5 * liquid.reference_density * speed**2
 
 
-class LiquidOrifice(Resistance):
+class Hole(Resistance, partial=True):
+    """A hole in a wall, with a liquid."""
+
+    area: Param[Scalar, "m2", positive]  # fully open area A
+    liquid: AnyLiquid
+    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
+    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
+
+    def _flow(self, open_area: Scalar) -> Scalar:
+        """Flow in m3/s; the transition to turbulent flow is that of the full area."""
+        c, liquid = self.discharge_coefficient, self.liquid
+        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
+        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
+        conductance = c * open_area * jnp.sqrt(2.0 / liquid.reference_density)
+        return turbulent_flow(self.dp, conductance, width)
+
+
+class LiquidOrifice(Hole):
     """An orifice of given area, q = C_d A sqrt(2 dp/rho), laminar below a Reynolds number.
 
     q = C_d A sqrt(2/rho) dp/(dp^2 + p_t^2)^(1/4) as in `Orifice`, with p_t = (rho/2) (Re_t nu/(C_d d))^2 from the
     liquid. The density is that at atmospheric pressure.
     """
 
-    area: Param[Scalar, "m2", positive]  # A
-    liquid: AnyLiquid
-    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
-    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
-
     def equations(self, d: Self) -> Equations:
-        c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
-        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
-        conductance = c * self.area * jnp.sqrt(2.0 / liquid.reference_density)
-        return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
+        return super().equations(d) | dict(law=eq(self.q, self._flow(self.area)))
 
 
-class VariableOrifice(Resistance):
+class VariableOrifice(Hole):
     """A `LiquidOrifice` with the area leak + (area - leak) u, with the signal u limited to 0 .. 1.
 
     The transition to turbulent flow is that of the full area.
     """
 
-    area: Param[Scalar, "m2", positive]  # fully open area
-    liquid: AnyLiquid
     leak: Param[Scalar, "m2", nonnegative] = 0.0  # area that stays open
-    discharge_coefficient: Param[Scalar, "1", positive] = 0.61  # C_d
-    transition_reynolds: Param[Scalar, "1", positive] = 100.0  # Re_t
     u: Input = Input()
 
     def requirements(self) -> Requirements:
@@ -62,11 +66,7 @@ class VariableOrifice(Resistance):
 
     def equations(self, d: Self) -> Equations:
         area = self.leak + (self.area - self.leak) * limited(self.u.value, 0.0, 1.0)
-        c, liquid = self.discharge_coefficient, self.liquid
-        p, T = 0.5 * (self.a.p + self.b.p), self._temperature()
-        width = transition(liquid, p, T, self.area, c, self.transition_reynolds)
-        conductance = c * area * jnp.sqrt(2.0 / liquid.reference_density)
-        return super().equations(d) | dict(law=eq(self.q, turbulent_flow(self.dp, conductance, width)))
+        return super().equations(d) | dict(law=eq(self.q, self._flow(area)))
 
 
 class AnnularGap(Resistance):
