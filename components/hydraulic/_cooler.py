@@ -9,7 +9,7 @@ from acausal import Equations, Param, Scalar, eq, nonnegative, positive
 from .._limit import absolute
 from ..thermal import HeatPort
 from ._heat_carrier import HeatCarrier, with_carrier
-from ._interfaces import ThermalFluidPort, TwoPort
+from ._interfaces import TwoPort
 
 
 class Cooler(TwoPort):
@@ -32,8 +32,7 @@ class Cooler(TwoPort):
     coolant: HeatPort = HeatPort()
 
     def equations(self, d: Self) -> Equations:
-        inlet = self.oil.T if self.carrier is None else jnp.where(self.q > 0.0, self._of("a").T, self._of("b").T)
-        heat = self._conductance() * (inlet - self.coolant.T)
+        heat = self._conductance() * (self._inlet(self.oil.T) - self.coolant.T)
         carried = sum(port.H_flow for _, port in self.thermal_ports())
         return super().equations(d) | dict(
             law=eq(self.dp, self.resistance * self.q),
@@ -47,12 +46,7 @@ class Cooler(TwoPort):
     def shared_equations(self, d: Any) -> Equations:
         if self.carrier is None:
             return super().shared_equations(d)
-        known = self.carrier
-        laws = ((name, port.H_flow, known.flow(port.q, port.T, self.oil.T)) for name, port in self.thermal_ports())
-        return {f"heat_{name}": eq(carried, law) for name, carried, law in laws}
-
-    def _of(self, name: str) -> ThermalFluidPort:
-        return dict(self.thermal_ports())[name]
+        return self._carried_laws(self.carrier, self.oil.T)
 
     def _conductance(self) -> Scalar:
         """Heat flow per temperature difference."""

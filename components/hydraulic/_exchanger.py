@@ -9,7 +9,7 @@ from acausal import Energy, Equations, Param, Scalar, Var, eq, nonnegative, posi
 from ..thermal import HeatPort
 from ._exchanger_laws import Arrangement
 from ._heat_carrier import HeatCarrier, with_carrier
-from ._interfaces import FluidPart, FluidPort
+from ._interfaces import FluidPart, FluidPort, upstream
 
 
 class HeatExchanger(FluidPart):
@@ -47,7 +47,7 @@ class HeatExchanger(FluidPart):
         )
 
     def energy(self) -> Energy:
-        return Energy(dissipated=self._loss(1) + self._loss(2))
+        return Energy(dissipated=sum(self._losses()))
 
     def carrying(self, carrier: HeatCarrier) -> Self:
         return with_carrier(self, carrier, outlet_1=HeatPort(), outlet_2=HeatPort())
@@ -56,28 +56,29 @@ class HeatExchanger(FluidPart):
         carrier, first, second = self.carrier, self.outlet_1, self.outlet_2
         if carrier is None or first is None or second is None:
             return super().shared_equations(d) | dict(exchange=eq(self.Q_flow))
-        ports = dict(self.thermal_ports())
+        ports, (loss_1, loss_2) = dict(self.thermal_ports()), self._losses()
         laws: Equations = {}
-        for number, outlet, sign in ((1, first, -1.0), (2, second, 1.0)):
-            ends = {name: ports[f"{name}_{number}"] for name in "ab"}
-            for name, port in ends.items():
-                laws[f"heat_{name}_{number}"] = eq(port.H_flow, carrier.flow(port.q, port.T, outlet.T))
-            gained = sum(port.H_flow for port in ends.values()) + outlet.Q_flow + self._loss(number)
-            laws[f"heating_{number}"] = eq(gained + sign * self.Q_flow)
-        rates = [carrier.capacity * jnp.abs(q) for q in (self.q_1, self.q_2)]
-        inlets = [
-            jnp.where(q > 0.0, ports[f"a_{number}"].T, ports[f"b_{number}"].T)
-            for number, q in ((1, self.q_1), (2, self.q_2))
-        ]
-        least, most = (chosen(*rates) for chosen in (jnp.minimum, jnp.maximum))
-        slow = 0.01 * self.UA  # slower streams leave at the inlet temperature of the other one
-        units, ratio = self.UA / jnp.maximum(least, slow), jnp.maximum(least, slow) / jnp.maximum(most, slow)
-        exchanged = least * self.arrangement.effectiveness(units, ratio) * (inlets[0] - inlets[1])
-        return laws | dict(exchange=eq(self.Q_flow, exchanged))
+        for number, outlet, gained in ((1, first, loss_1 - self.Q_flow), (2, second, loss_2 + self.Q_flow)):
+            a, b = ports[f"a_{number}"], ports[f"b_{number}"]
+            laws |= {
+                f"heat_a_{number}": eq(a.H_flow, carrier.flow(a.q, a.T, outlet.T)),
+                f"heat_b_{number}": eq(b.H_flow, carrier.flow(b.q, b.T, outlet.T)),
+                f"heating_{number}": eq(a.H_flow + b.H_flow + outlet.Q_flow + gained),
+            }
+        inlet_1 = upstream(self.q_1, ports["a_1"], ports["b_1"])
+        inlet_2 = upstream(self.q_2, ports["a_2"], ports["b_2"])
+        return laws | dict(exchange=eq(self.Q_flow, self._conductance(carrier) * (inlet_1 - inlet_2)))
 
     def shared_energy(self, own: Energy) -> Energy:
         return own if self.carrier is None else own._replace(dissipated=0.0)
 
-    def _loss(self, number: int) -> Scalar:
-        q, resistance = ((self.q_1, self.resistance_1), (self.q_2, self.resistance_2))[number - 1]
-        return resistance * q**2
+    def _conductance(self, carrier: HeatCarrier) -> Scalar:
+        """Heat flow per difference of the inlet temperatures, e C_min."""
+        rates = [carrier.capacity * jnp.abs(q) for q in (self.q_1, self.q_2)]
+        least, most = jnp.minimum(*rates), jnp.maximum(*rates)
+        slow = 0.01 * self.UA  # slower streams leave at the inlet temperature of the other one
+        units, ratio = self.UA / jnp.maximum(least, slow), jnp.maximum(least, slow) / jnp.maximum(most, slow)
+        return least * self.arrangement.effectiveness(units, ratio)
+
+    def _losses(self) -> tuple[Scalar, Scalar]:
+        return self.resistance_1 * self.q_1**2, self.resistance_2 * self.q_2**2

@@ -1,6 +1,5 @@
 """One liquid for a whole circuit, and with it the choice whether the circuit carries heat."""
 
-import copy
 from typing import Any, TypeVar
 
 import jax
@@ -8,7 +7,7 @@ import jax.numpy as jnp
 
 from acausal import ArgumentError, Array, Component
 
-from ._heat_carrier import HeatCarrier
+from ._heat_carrier import HeatCarrier, changed
 from ._interfaces import FluidPart, FluidPort, ThermalFluidPort
 from ._liquids import AnyLiquid, Liquid
 
@@ -34,8 +33,7 @@ def fill(model: M, liquid: AnyLiquid) -> M:
         )
         found += _count(model, FluidPart)
         model = _carrying(model, carrier, ())
-        liquid = copy.copy(liquid)
-        object.__setattr__(liquid, "caloric", None)
+        liquid = changed(liquid, caloric=None)
     if not found:
         raise ArgumentError(
             f"fill found no component in {type(model).__name__} with a liquid. Build its components with `liquid=...`."

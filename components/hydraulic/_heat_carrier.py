@@ -1,8 +1,8 @@
-"""What a liquid needs to carry heat, and the heat that it carries from a node into a part."""
+"""Thermal data of a liquid, and the heat that it carries from a node into a part."""
 
+import copy
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 
 from acausal import Param, Port, Record, Scalar, eq, positive
@@ -11,7 +11,7 @@ from .._series import expm1_over
 
 
 class Caloric(Record):
-    """What a liquid needs to carry heat: see `fill`."""
+    """Thermal data of a liquid that carries heat: see `fill`."""
 
     specific_heat: Param[Scalar, "J/(kg.K)", positive]  # at constant pressure, in the middle of the temperature range
     # Between a part and the node at its port while the liquid rests: 0.1 m of steel of 1 cm2 conducts 0.05 W/K.
@@ -58,8 +58,13 @@ class HeatCarrier(Record):
 
 def with_carrier(part: Any, carrier: HeatCarrier, **heats: Port) -> Any:
     """A copy of a part that carries heat, with those of the heat ports that it does not have already."""
-    changed = jax.tree_util.tree_map(lambda leaf: leaf, part)
     missing = {name: heat for name, heat in heats.items() if getattr(part, name) is None}
-    for name, value in dict(carrier=carrier, **missing).items():
-        object.__setattr__(changed, name, value)
-    return changed
+    return changed(part, carrier=carrier, **missing)
+
+
+def changed(node: Any, **values: Any) -> Any:
+    """A copy of a part or record with other values of some fields."""
+    made = copy.copy(node)
+    for name, value in values.items():
+        object.__setattr__(made, name, value)
+    return made

@@ -28,7 +28,8 @@ from ._valves import Resistance, turbulent_flow
 class CirculationPump(TwoPort):
     """A centrifugal pump at constant speed, p_b - p_a = dp_max (1 - q |q|/q_max^2), from a to b.
 
-    It draws a constant electric power, which counts as supplied; what is not work on the liquid is loss.
+    With a design point at q_max/2 and 3/4 dp_max, this is the one-point curve of Rossman, `EPANET 2 Users Manual`,
+    ch. 3. The pump draws a constant electric power, which counts as supplied; what is not work on the liquid is loss.
     """
 
     dp_max: Param[Scalar, "Pa", positive]  # pressure rise without flow
@@ -51,8 +52,9 @@ class CirculationPump(TwoPort):
 class FlowVolume(Resistance):
     """A volume of liquid in a line with a uniform temperature, that of `heat`, and with dp = resistance q.
 
-    A `Chamber` on the line is a dead end, through which nothing flows. With a heat source at `heat`, it is a boiler or
-    a cooling jacket. Incompressible.
+    Inflow mixes at once with the whole volume, as in an ideal stirred tank (Levenspiel, `Chemical Reaction
+    Engineering`, ch. 5), and the liquid is incompressible. A `Chamber` on the line is a dead end, through which nothing
+    flows. With a heat source at `heat`, a `FlowVolume` is a boiler or a cooling jacket.
     """
 
     volume: Param[Scalar, "m3", positive]
@@ -91,9 +93,7 @@ class Radiator(Resistance):
     def drawn(self) -> Any:
         if self.heat is None:
             return 0.0
-        ports = dict(self.thermal_ports())
-        inlet = jnp.where(self.q > 0.0, ports["a"].T, ports["b"].T) if ports else self.heat.T
-        share = (0.5 * (inlet + self.heat.T) - self.room.T) / self.dT_nominal
+        share = (0.5 * (self._inlet(self.heat.T) + self.heat.T) - self.room.T) / self.dT_nominal
         # Rounded within a thousandth, so that the slope at zero is finite for n below 1, too.
         return self.Q_nominal * share * (share**2 + 1e-6) ** (0.5 * (self.n - 1.0))
 

@@ -9,6 +9,8 @@ import dataclasses
 from collections.abc import Iterator
 from typing import Any, ClassVar, Self
 
+import jax.numpy as jnp
+
 from acausal import Component, Energy, Equations, Flow, ModelError, Port, Scalar, Var, eq, positive
 
 from ..thermal import HeatPort
@@ -49,6 +51,11 @@ class ThermalFluidPort(Port):
         return self.p * self.q + self.H_flow
 
 
+def upstream(q: Scalar, a: ThermalFluidPort, b: ThermalFluidPort) -> Scalar:
+    """Temperature at the node from which a flow q from a to b comes."""
+    return jnp.where(q > 0.0, a.T, b.T)
+
+
 class FluidPart(Component, partial=True):
     """A part with fluid ports. `carrying`, `shared_equations` and `shared_energy` state what happens to heat in it."""
 
@@ -75,6 +82,12 @@ class FluidPart(Component, partial=True):
                 "the model with the whole circuit."
             )
         return {}
+
+    def _carried_laws(self, carrier: HeatCarrier, inside: Scalar) -> Equations:
+        """The heat through each port of a part with the temperature `inside`."""
+        return {
+            f"heat_{name}": eq(port.H_flow, carrier.flow(port.q, port.T, inside)) for name, port in self.thermal_ports()
+        }
 
     def dissipated(self) -> Any:
         """Power in W that the part turns into heat, from its own account."""
@@ -115,17 +128,17 @@ class MixedPart(FluidPart, partial=True):
         gained = heat.Q_flow + self.dissipated() - self.drawn()
         if carrier is None:
             return dict(heating=eq(gained))
-        ports = dict(self.thermal_ports())
-        laws = {f"heat_{name}": eq(p.H_flow, carrier.flow(p.q, p.T, heat.T)) for name, p in ports.items()}
-        carried = sum(port.H_flow for port in ports.values())
-        inflow = sum(port.q for port in ports.values())
-        return laws | dict(heating=carrier.balance(d.heat, heat, carried + gained, self.held_liquid(), inflow))
+        ports = [port for _, port in self.thermal_ports()]
+        carried, inflow = sum(port.H_flow for port in ports), sum(port.q for port in ports)
+        return self._carried_laws(carrier, heat.T) | dict(
+            heating=carrier.balance(d.heat, heat, carried + gained, self.held_liquid(), inflow)
+        )
 
     def shared_energy(self, own: Energy) -> Energy:
         if self.heat is None:
             return own
-        volume = None if self.carrier is None else self.held_liquid()
-        warmth = 0.0 if self.carrier is None or volume is None else self.carrier.stored(volume, self.heat)
+        carrier, volume = self.carrier, self.held_liquid()
+        warmth = 0.0 if carrier is None or volume is None else carrier.stored(volume, self.heat)
         return own._replace(stored=own.stored + warmth, dissipated=0.0)
 
     def _holds_liquid(self) -> bool:
@@ -134,8 +147,8 @@ class MixedPart(FluidPart, partial=True):
     def _temperature(self) -> Any:
         """Temperature for the viscosity in K, or None for the one stored in the liquid."""
         # In a part without a volume, the viscosity would determine a temperature that determines the viscosity.
-        is_known = self.heat is not None and (self.carrier is None or self._holds_liquid())
-        return self.heat.T if self.heat is not None and is_known else None
+        is_unknown = self.carrier is not None and not self._holds_liquid()
+        return None if self.heat is None or is_unknown else self.heat.T
 
 
 class TwoPort(MixedPart, partial=True):
@@ -152,3 +165,8 @@ class TwoPort(MixedPart, partial=True):
             flow=eq(self.q, self.a.q),
             continuity=eq(self.a.q + self.b.q),
         )
+
+    def _inlet(self, inside: Scalar) -> Scalar:
+        """Temperature of the inflow in K: that of its node, or the one inside if the liquid carries no heat."""
+        ports = [port for _, port in self.thermal_ports()]
+        return upstream(self.q, *ports) if ports else inside

@@ -27,11 +27,7 @@ class Source(MixedPart, partial=True):
     def shared_equations(self, d: Any) -> Equations:
         if self.heat is not None or self.carrier is None:
             return super().shared_equations(d)
-        known = self.carrier
-        return {
-            f"heat_{name}": eq(port.H_flow, known.flow(port.q, port.T, known.temperature))
-            for name, port in self.thermal_ports()
-        }
+        return self._carried_laws(self.carrier, self.carrier.temperature)
 
     def shared_energy(self, own: Energy) -> Energy:
         delivered = 0.0 if self.heat is not None else sum(port.H_flow for _, port in self.thermal_ports())
