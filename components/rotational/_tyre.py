@@ -16,9 +16,9 @@ class Tyre(Component):
     k = v_slip / sqrt(v^2 + v_0^2) with v_slip = radius w - v, the longitudinal slip at speeds well above v_0 (Pacejka,
     `Tire and Vehicle Dynamics`, section 4.3). Below v_0 the tyre acts as a damper, so that it stands still without
     sliding; on a slope it creeps. The slip stiffness is dF/dk = B C D F_z, and the greatest force is D F_z if C >= 1.
-    The defaults are those of a dry road; on snow, B = 5, C = 2, D = 0.3 and E = 1. The normal force F_z is that of all
-    tyres that this one stands for. Rolling resistance is in `translational.Vehicle`; the rim's inertia is an `Inertia`
-    on the shaft.
+    The defaults are those of a dry road; on snow, B = 5, C = 2, D = 0.3 and E = 1. One `Tyre` can stand for several:
+    F_z is then the sum of their normal forces. Rolling resistance is in `translational.Vehicle`. Connect an `Inertia`
+    for the wheel to the shaft.
     """
 
     radius: Param[Scalar, "m", positive]  # effective rolling radius

@@ -36,8 +36,8 @@ class RigidContact(Compliant):
     `rest`, the bodies move on together, until they are pulled apart. Impacts and separation are events.
 
     Each flange must belong to one moving train: of a train with several degrees of freedom, such as a planetary gear
-    with no shaft held, only the speed of the flange changes. A friction pair that sticks holds during the impact. For a
-    stop on the ground see `HardStop`, for an elastic contact `ElastoGap`.
+    with no shaft held, only the speed of the flange changes. A friction pair that sticks continues to stick during the
+    impact. For a stop on the ground see `HardStop`, for an elastic contact `ElastoGap`.
     """
 
     s_rel0: Param[Scalar, "m"] = 0.0  # relative position at contact

@@ -32,7 +32,7 @@ class Vehicle(Component):
     g: Param[Scalar, "m/s2", nonnegative] = 9.80665  # acceleration of gravity
     v_0: Param[Scalar, "m/s", positive] = 0.1  # width of the transition through rest
     v: Var[Scalar, "m/s", prefer] = 0.0  # speed
-    altitude: Var[Scalar, "m"] = 0.0  # height above the start of the altitude
+    altitude: Var[Scalar, "m"] = 0.0  # height climbed, from its start value
     rolling: Var[Scalar, "N"] = 0.0  # rolling resistance
     drag: Var[Scalar, "N"] = 0.0  # air drag
     flange: Flange = Flange()
