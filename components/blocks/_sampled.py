@@ -81,7 +81,7 @@ class MovingAverage(SampleLine):
     """y = mean of the last n samples of u, held until the next sample.
 
     Until n samples have been taken, y is the mean of those taken; 0 before the first. The gain at the angular frequency
-    w is |sin(n w period/2) / (n sin(w period/2))|, zero at the multiples of 1/(n period) in Hz.
+    w is |sin(n w period/2) / (n sin(w period/2))|, zero at the multiples of 1/(n period) in Hz below 1/period.
     """
 
     taken: Discrete[Scalar, "1"] = 0.0  # number of samples taken, at most n

@@ -9,6 +9,7 @@ from acausal import Component, Equations, Param, Scalar, Var, eq, positive, pref
 from .._limit import limited_amplitude
 from ..blocks import Input, Output
 from ._dq_machine import DqMachine
+from ._three_phase import phase_angles
 
 
 class CurrentSetpoints(Component):
@@ -93,9 +94,8 @@ class RotorToPhases(Component):
     y_c: Output = Output()
 
     def equations(self, d: Self) -> Equations:
-        def phase(k: int) -> Scalar:
-            angle = self.p * self.phi.value - 2.0 * k * jnp.pi / 3.0
-            return self.u_d.value * jnp.cos(angle) - self.u_q.value * jnp.sin(angle)
-
-        outputs = (self.y_a, self.y_b, self.y_c)
-        return {f"phase_{x}": eq(y.value, phase(k)) for k, (x, y) in enumerate(zip("abc", outputs, strict=True))}
+        angles, outputs = phase_angles(self.p * self.phi.value), (self.y_a, self.y_b, self.y_c)
+        return {
+            f"phase_{x}": eq(y.value, self.u_d.value * jnp.cos(angle) - self.u_q.value * jnp.sin(angle))
+            for y, (x, angle) in zip(outputs, angles.items(), strict=True)
+        }

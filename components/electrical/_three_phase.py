@@ -27,6 +27,11 @@ from ._pmsm import DqPort
 PHASES = ("a", "b", "c")
 
 
+def phase_angles(theta: Scalar) -> dict[str, Scalar]:
+    """Angles of the phases, each a third of a turn behind the one before; theta is that of phase a."""
+    return {x: theta - 2.0 * k * jnp.pi / 3.0 for k, x in enumerate(PHASES)}
+
+
 class PhasePort(Port):
     """The conductors of three phases; the sum of v i is the power into the component."""
 
@@ -173,7 +178,7 @@ class DqTerminals(Component):
     shaft: Flange = Flange()
 
     def equations(self, d: Self) -> Equations:
-        angles = {x: self.p * self.shaft.phi - 2.0 * k * jnp.pi / 3.0 for k, x in enumerate(PHASES)}
+        angles = phase_angles(self.p * self.shaft.phi)
         v = {x: getattr(self.phases, f"v_{x}") - self.v_star for x in PHASES}
         currents = {
             f"current_{x}": eq(

@@ -139,6 +139,7 @@ def test_filters_have_their_transfer_functions() -> None:
     ("build", "message"),
     [
         (lambda: blocks.SampledDelay(period=H, n=0), r"SampledDelay\.n must be 1 or more"),
+        (lambda: blocks.SampledP(period=H, k=1.0, y_min=1.0, y_max=0.0), r"SampledP\.y_min must be smaller than y_max"),
         (lambda: blocks.NormalNoise(period=H, sigma=1.0, seed=-1), r"NormalNoise\.seed must be 0 or more"),
         (lambda: blocks.UniformNoise(period=H, y_min=1.0, y_max=0.0), r"y_min must be smaller than y_max"),
         (lambda: blocks.BandLimitedNoise(sigma=1.0, f_min=2.0, f_max=1.0), r"f_min must be smaller than f_max"),
