@@ -1,4 +1,4 @@
-"""Symbols of converters, of machines and of what has three phases, after IEC 60617."""
+"""Symbols of converters, machines and three-phase parts, after IEC 60617."""
 
 from acausal import Symbol
 
@@ -98,7 +98,7 @@ MACHINES = {
         60,
         60,
         {"phases": (60, 30), "n": (0, 30)},
-        circle(30, 30, 19) + "M0 30h11M49 30h11M18 30c4-12 8-12 12 0s8 12 12 0",
+        THREE_PHASES + "M18 30c4-12 8-12 12 0s8 12 12 0",
         texts=((30, 42, "3", 10),),
     ),
     "PhaseImpedance": Symbol(80, 20, {"p": (0, 10), "n": (80, 10)}, PHASE_IMPEDANCE),
@@ -120,7 +120,7 @@ MACHINES = {
         60,
         60,
         {"terminals": (0, 30), "shaft": (60, 30)},
-        circle(30, 30, 19) + "M0 30h11M49 30h11",
+        THREE_PHASES,
         texts=((30, 25, "M", 12), (30, 38, "3~", 10)),
     ),
     "PMSMDrive": Symbol(
