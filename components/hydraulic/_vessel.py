@@ -64,7 +64,7 @@ class Vessel(MixedPart):
     ) -> None:
         self.area, self.density, self.height, self.pressure, self.g = area, density, height, pressure, g
         self.heights = numbers(self, "heights", magnitude(heights, "m", "Vessel.heights"))
-        if self.heights.ndim != 1:
+        if self.heights.ndim != 1 or not self.heights.size:
             raise ParameterError("Vessel.heights must be a list of one height for each port.")
         self.n = len(self.heights)
         self.h, self.heat, self.carrier = h, heat, None

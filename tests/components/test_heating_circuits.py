@@ -9,8 +9,10 @@ import pytest
 import scipy.linalg
 from _rig import Rig
 
-from acausal import Component, Connections, connect, simulate
+from acausal import Component, Connections, ParameterError, connect, simulate
+from acausal.testing import check_law
 from components.hydraulic import (
+    CirculationPump,
     ConstantFlow,
     Cooler,
     CounterFlow,
@@ -22,6 +24,7 @@ from components.hydraulic import (
     ReliefValve,
     ShellAndTube,
     Tank,
+    ThermostaticValve,
     Vessel,
     WilsonLosses,
     fill,
@@ -227,3 +230,22 @@ def test_a_radiator_at_its_data_sheet() -> None:
         assert output == pytest.approx(HEAT * q * (348.15 - leaving), rel=1e-3)
         if share == 1.0:
             assert output == pytest.approx(nominal, rel=1e-3)
+
+
+def test_a_circulation_pump_and_a_thermostatic_valve() -> None:
+    """Three quarters of dp_max at half of q_max; the opening follows the temperature, with either sense."""
+    pump = CirculationPump(dp_max=4e4, q_max=1e-3, power=20.0)
+    rise = np.array([4e4, 3e4, 0.0, 8e4])
+    check_law(pump, given={"q": np.array([0.0, 0.5e-3, 1e-3, -1e-3]), "a.p": 1e5}, expected={"b.p": 1e5 + rise})
+    given = {"x": 0.25, "sensor.T": np.array([292.0, 293.5, 296.0]), "dp": 1e4}
+    data: dict[str, Any] = dict(rated_flow=5e-5, rated_drop=1e4, T_closed=294.0, tau=100.0, leakage=0.0)
+    for sense, targets in ((1.0, np.array([1.0, 0.25, 0.0])), (-1.0, np.array([0.0, 0.0, 1.0]))):
+        expected = {"der(x)": (targets - 0.25) / 100.0, "q": 0.25 * 5e-5}
+        check_law(ThermostaticValve(sense=sense, **data), given=given, expected=expected, rtol=1e-4)
+
+
+def test_what_heating_parts_refuse() -> None:
+    with pytest.raises(ParameterError, match=r"power must be at least 0\.385 dp_max q_max, the largest work"):
+        CirculationPump(dp_max=4e4, q_max=1e-3, power=15.0)
+    with pytest.raises(ParameterError, match="sense must be 1 or -1"):
+        ThermostaticValve(rated_flow=5e-5, rated_drop=1e4, T_closed=294.0, sense=0.5)

@@ -93,8 +93,12 @@ def test_a_vessel_that_cannot_work_is_refused() -> None:
         Vessel(heights=[1.1], **WATER)
     with pytest.raises(ParameterError, match="one height for each port"):
         Vessel(heights=0.5, **WATER)
+    with pytest.raises(ParameterError, match="one height for each port"):
+        Vessel(heights=[], **WATER)
     with pytest.raises(SimulationError, match=r"ports\[0\] is above the surface and draws gas"):
         simulate(Rig(parts=(Vessel(heights=[0.5], h=0.2, **WATER), ConstantFlow(flow=-1e-5)), wiring=pumped), 1.0)
+    with pytest.raises(SimulationError, match="the tank overflows: add a port for the overflow"):
+        simulate(Rig(parts=(Vessel(heights=[0.5], h=0.995, **WATER), ConstantFlow(flow=1e-3)), wiring=pumped), 1.0)
 
 
 def pumped(vessel: Any, pump: Any) -> Connections:
