@@ -13,7 +13,20 @@ from scipy.special import ellipk
 
 from acausal import Connections, connect, initialise, simulate
 from acausal.testing import check_law
-from components.planar import Bar, Body, Fixed, FixedTranslation, LineForce, Prismatic, Revolute
+from components.planar import (
+    Bar,
+    Body,
+    ConstantForce,
+    DistanceSensor,
+    Fixed,
+    FixedTranslation,
+    ForceSensor,
+    LineForce,
+    PositionSensor,
+    Prismatic,
+    Revolute,
+    SpeedSensor,
+)
 from components.rotational import ConstantTorque, Flange
 from components.translational import Flange as Rod
 
@@ -90,6 +103,29 @@ def test_forces_on_joints_and_along_lines() -> None:
     check_law(Prismatic(angle=0.3, rod=Rod()), given=slide, expected=pushed)
     line = {"a.x": 1.0, "a.y": 1.0, "b.x": 4.0, "b.y": 5.0, "rod.f": 10.0}
     check_law(LineForce(), given=line, expected={"rod.s": 5.0, "a.fx": 6.0, "a.fy": 8.0, "b.fx": -6.0, "b.fy": -8.0})
+
+
+def test_a_constant_force_acts_on_the_connected_part() -> None:
+    check_law(
+        ConstantForce(fx=1.0, fy=2.0, tau=3.0),
+        given={},
+        expected={"frame.fx": -1.0, "frame.fy": -2.0, "frame.tau": -3.0},
+    )
+
+
+def test_sensors_read_their_frames() -> None:
+    """Positions, speeds, distance and the force from a to b; no sensor takes a force."""
+    place, nothing = (
+        {"frame.x": 1.0, "frame.y": 2.0, "frame.phi": 3.0},
+        {"frame.fx": 0.0, "frame.fy": 0.0, "frame.tau": 0.0},
+    )
+    check_law(PositionSensor(), given=place, expected={"x.value": 1.0, "y.value": 2.0, "phi.value": 3.0} | nothing)
+    rates = {f"der({name})": value for name, value in place.items()}
+    check_law(SpeedSensor(), given=rates, expected={"vx.value": 1.0, "vy.value": 2.0, "w.value": 3.0} | nothing)
+    ends = {"a.x": 1.0, "a.y": 1.0, "b.x": 4.0, "b.y": 5.0}
+    check_law(DistanceSensor(), given=ends, expected={"reading.value": 5.0, "a.fx": 0.0, "b.fy": 0.0})
+    loads = {"b.fx": -1.0, "b.fy": -2.0, "b.tau": -3.0}
+    check_law(ForceSensor(), given=loads, expected={"fx.value": 1.0, "fy.value": 2.0, "tau.value": 3.0})
 
 
 FRAME, CRANK, COUPLER, ROCKER = 0.5, 0.2, 0.5, 0.4
