@@ -107,7 +107,7 @@ def test_an_impulse_through_a_lever() -> None:
 
 
 class Pushed(Component):
-    """A force pushes one body against another, and later pulls it back."""
+    """A force pushes one body against another, or pulls it away."""
 
     balls: Balls
     force: ConstantForce
@@ -124,6 +124,14 @@ def test_bodies_in_contact_move_together() -> None:
     np.testing.assert_allclose(end.balls.contact.f, -5.0, rtol=1e-6)
     np.testing.assert_allclose(2.0 * end.balls.a.v + 5.0 * end.balls.b.v, 2.0 + 7.0 * 4.0, rtol=1e-6)
     np.testing.assert_allclose(end.balls.a.s, end.balls.b.s, atol=1e-6)
+
+
+def test_bodies_in_contact_are_pulled_apart() -> None:
+    """The body in front stays, and the other one follows the force alone."""
+    balls = Balls(a=Mass(m=2.0, s=0.0, v=0.0), b=Mass(m=5.0, s=0.0, v=0.0), contact=RigidContact(mode=-1.0))
+    end = simulate(Pushed(balls=balls, force=ConstantForce(force=-7.0)), 4.0, save="end").final
+    assert end.balls.contact.mode == 0.0
+    np.testing.assert_allclose(np.asarray((float(end.balls.a.v), float(end.balls.b.v))), [-14.0, 0.0], atol=1e-6)
 
 
 def test_gradient_of_an_impact() -> None:
