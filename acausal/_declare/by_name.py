@@ -84,8 +84,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     }
     for name in structural.intersection(map(str, values)):
         raise ParameterError(
-            f"{name} is fixed: the structure of the Modelica model may depend on it. Load the model with a modifier "
-            "for it."
+            f"{name} is fixed: the structure of the model may depend on it. Load the model with another value of it."
         )
     known = {leaf.path for leaf in leaves_of(model)}
     others = {str(name): value for name, value in values.items() if name not in known}
@@ -104,8 +103,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
 
     for name in determined_names(model).intersection(map(str, values)):
         raise ParameterError(
-            f"{name} is determined by other parameters of the Modelica model. Set those, or load the model with a "
-            "modifier for this one."
+            f"{name} is determined by other parameters of the model. Set those, or load the model with a value of it."
         )
     changed = with_determined(rebuilt(model, new))
     _check(changed, "", [*values, *others])

@@ -62,7 +62,7 @@ def test_parameters_follow_others_in_values_and_derivatives(pack: Any) -> None:
 
 def test_a_parameter_that_follows_others_is_not_set(pack: Any) -> None:
     assert list(parameters(pack)) == ["base"]
-    with pytest.raises(ParameterError, match="determined by other parameters"):
+    with pytest.raises(ParameterError, match=r"determined by other parameters .* load the model with a value of it\."):
         replace(pack, {"cell[1].c": 5.0})
 
 
@@ -127,5 +127,5 @@ def test_real_parameters_that_decide_others_are_known() -> None:
 
 def test_replace_says_that_a_parameter_is_fixed() -> None:
     model = load("model A parameter Integer n = 2; parameter Real p = n; Real y[n] = fill(p * time, n); end A;", "A")
-    with pytest.raises(ParameterError, match=r"^n is fixed: .* Load the model with a modifier for it\."):
+    with pytest.raises(ParameterError, match=r"^n is fixed: .* Load the model with another value of it\."):
         replace(model, {"n": 3})
