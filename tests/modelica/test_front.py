@@ -7,7 +7,7 @@ import pytest
 from acausal._jax_settings import programs
 from acausal.modelica._front import equations, flatten, session
 from acausal.modelica._front.flatten import flat_model
-from acausal.modelica._front.functions import hidden, shown
+from acausal.modelica._front.functions import hidden, restored
 from acausal.modelica._front.request import NAME, WRAPPER
 from acausal.modelica._front.view import view
 
@@ -117,7 +117,7 @@ def test_the_body_of_a_hidden_function_is_in_the_flat_model() -> None:
     changed = hidden(REFUSED, ["first"], "here")
     text = f"{changed}\npartial model {WRAPPER} extends Uses; end {WRAPPER};"
     loaded = session.rumoca().Session().loads(text, model=WRAPPER, filename=NAME)
-    functions = shown(loaded.to_dict("flat"))["functions"]
+    functions = restored(loaded.to_dict("flat"))["functions"]
     assert set(functions) == {"Functions.first"}
     assert [list(statement) for statement in functions["Functions.first"]["body"]] == [["Assignment"], ["For"]]
 
@@ -196,3 +196,11 @@ def test_hidden_equations_keep_their_lines() -> None:
     assert changed.count("\n") == COMPLEX.count("\n")
     assert "n = pre(n) + 1;" in changed.splitlines()[29]
     assert '"a note; with = and {"' in changed
+
+
+def test_bindings_of_models_with_complex_numbers_become_equations() -> None:
+    text = "model M\n  record R\n    Real a = b;\n  end R;\n  Complex z = w * 2;\nend M;\n"
+    changed = equations.hidden(text, "here")
+    assert "Complex z ;" in changed
+    assert "ndims({z, w * 2})" in changed
+    assert "Real a = b;" in changed

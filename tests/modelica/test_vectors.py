@@ -1,9 +1,11 @@
 """Vectors of conditions and of scalars, names like those of `pre`, and roots of what may become negative."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from acausal import simulate
+from acausal import ModelError, SimulationError, replace, simulate
 from acausal.modelica import load
 
 pytest.importorskip("rumoca")
@@ -38,3 +40,30 @@ def test_vectors_and_roots() -> None:
     assert solution["pre_b"].tolist() == [[0, 0], [1, 0], [1, 1]]
     # The root u of the level obeys 2 u u' = -1 - u, so that the level is 0 at 2 (1 - ln 2), and then falls linearly.
     assert np.isclose(solution["level"][-1], 2 * (1 - np.log(2)) - 0.9, atol=1e-7)
+
+
+PLACES = """model Places
+  parameter Integer n = {n};
+  parameter Real late = 9;
+  Real a[2], y, x(start = 1, fixed = true);
+  Integer k;
+equation
+  der(x) = 1;
+  a = {{x, 2 * x}};
+  k = if time > late then 3 else 2;
+  y = a[n] + a[k] + (if k > 2 then 0 else a[k - 1]);
+end Places;
+"""
+
+
+def test_a_subscript_out_of_bounds_is_named() -> None:
+    for n in (0, 3):
+        with pytest.raises(ModelError, match=f"the subscript {n} of an array of 2 is out of bounds"):
+            simulate(load(PLACES.format(n=n), "Places"), 1.0)
+
+
+def test_an_element_out_of_bounds_is_not_a_number() -> None:
+    model: Any = load(PLACES.format(n=1), "Places")
+    assert np.isclose(simulate(model, 1.0, save="end")["y"][-1], 8.0)
+    with pytest.raises(SimulationError, match="not a number"):
+        simulate(replace(model, {"late": 0.5}), 1.0)

@@ -22,12 +22,12 @@ rumoca unrolls a loop of known length, as in `sum({sum({a}), sum({b})})`.
 The pass directs connections of discrete variables away from those that are set, so `when false then x = pre(x)` names
 the variables that the algorithm sets.
 
-The flat model holds the equation, which `statements.py` turns into the algorithm again.
+The flat model holds the equation, which `restored_algorithms.py` turns into the algorithm again.
 """
 
 import re
 
-from .scan import COMMENT, classes, masked, statement_end
+from .scan import COMMENT, class_kinds, masked, statement_end
 
 MARK = "acausalAlgorithm"
 MARKED = f'"{MARK}" ='
@@ -47,7 +47,7 @@ class _Unknown(Exception):
 def hidden(text: str) -> str:
     """A text whose algorithms are equations, except those of functions."""
     plain = masked(text)
-    kinds = classes(plain)
+    kinds = class_kinds(plain)
     pieces, at = [], 0
     for start in _START.finditer(plain):
         if start.start() < at or kinds(start.start()) in ("function", None):

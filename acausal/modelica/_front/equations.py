@@ -3,15 +3,15 @@
 It does not look into a branch of an `if` whose condition is a constant that is false. So each equation section has
 such a constant, and `a = b` is written as `0.0 = if constant then ndims({a, b}) else 0.0`, where `ndims` stands for
 any function of arguments of any type. An `if true` around it keeps the pass from handling the equations of a loop as
-one. The flat model holds the branch, which `shown` turns into the equation again. Lines keep their numbers.
+one. The flat model holds the branch, which `restored` turns into the equation again. Lines keep their numbers.
 """
 
 import re
 import zlib
 from typing import Any, Literal, TypeAlias
 
-from . import algorithms, connections, statements
-from .scan import COMMENT, masked, statement_end
+from . import algorithms, connections, restored_algorithms
+from .scan import COMMENT, class_kinds, masked, statement_end
 
 Hidden: TypeAlias = Literal["", "algorithms", "equations"]  # each hides what the one before it hides
 NEVER = "acausalNever"
@@ -32,7 +32,6 @@ _BINDING = re.compile(
 _PARAMETER = re.compile(
     rf"^(?P<space>\s*)(?P<head>(?:final\s+)?parameter\s+{_COMPLEX}\s+\w+\s*=\s*)(?!\s*Complex\s*\(){_VALUE}", re.M
 )
-_CLASS = re.compile(r"(?<![\w.])(model|block|function|record|package|connector|operator|type)\s+\w")
 _STATE = re.compile(r"\bder\(\s*[\w.]+(?:\[[^\[\]]*\])?\s*\)")
 _INTERVAL = re.compile(r"(\bsample\s*\([^,()]*,)([^,()]*)\)")
 _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
@@ -67,13 +66,12 @@ def _never(place: str, at: int) -> str:
 
 def _without_bindings(text: str) -> str:
     """A text with complex numbers: the bindings of variables of its models become equations."""
-    classes = [(found.start(), found[1]) for found in _CLASS.finditer(masked(text))]
+    kinds = class_kinds(masked(text))
 
     def unbound(found: re.Match[str]) -> str:
-        within = [kind for start, kind in classes if start < found.start()][-1:]
         value = found["value"]
         is_conditional = re.search(r"\bif\b", value) and not re.search(r"\bthen\b", value)
-        if within not in (["model"], ["block"]) or is_conditional or not re.search("[a-zA-Z]", value):
+        if kinds(found.start()) not in ("model", "block") or is_conditional or not re.search("[a-zA-Z]", value):
             return found[0]
         return f"{found['head']}{found['rest']} equation {found['name']} = {value}; public"
 
@@ -154,25 +152,25 @@ def _top_level(plain: str, pattern: re.Pattern[str]) -> int | None:
     return None
 
 
-def shown(content: dict[str, Any]) -> dict[str, Any]:
+def restored(content: dict[str, Any]) -> dict[str, Any]:
     """The flat model with the equations put back, and without the constants that hid them."""
-    shown = statements.shown(_shown(content))
+    found = restored_algorithms.restored(_restored(content))
     for part in ("variables", "variable_type_names", "variable_final_flags"):
-        shown[part] = {name: value for name, value in shown[part].items() if not _is_never(name)}
-    return shown
+        found[part] = {name: value for name, value in found[part].items() if not _is_never(name)}
+    return found
 
 
-def _shown(node: Any) -> Any:
+def _restored(node: Any) -> Any:
     if isinstance(node, list):
-        return [_shown(item) for item in node]
+        return [_restored(item) for item in node]
     if not isinstance(node, dict):
         return node
     if (sides := _sides(node.get("Binary"))) is not None:
-        left, right = (_shown(side) for side in sides)
+        left, right = (_restored(side) for side in sides)
         return {"Binary": {"op": "Sub", "lhs": left, "rhs": right, "span": node["Binary"]["span"]}}
     if (value := _branch(node)) is not None:
-        return _shown(value)
-    return {key: _shown(value) for key, value in node.items()}
+        return _restored(value)
+    return {key: _restored(value) for key, value in node.items()}
 
 
 def _sides(binary: Any) -> list[Any] | None:

@@ -42,7 +42,7 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
-    return hides, equations.shown(functions.shown(content))
+    return hides, equations.restored(functions.restored(content))
 
 
 def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 This pass does not look into the branches of an `if` that are never run. The body goes into a function of its own, which
 is only called there; the other branch calls an external function without a body. So nothing evaluates the function in
-the front end. The flat model holds the true body, which `shown` puts back.
+the front end. The flat model holds the true body, which `restored` puts back.
 """
 
 import json
@@ -81,7 +81,7 @@ def _formals(head: str) -> list[tuple[str, str]]:
     return [(kind, name.split()[0]) for kind, names in _FORMAL.findall(head) for name in names.split(",")]
 
 
-def shown(content: dict[str, Any]) -> dict[str, Any]:
+def restored(content: dict[str, Any]) -> dict[str, Any]:
     """The flat model with the bodies put back."""
     functions = content["functions"]
     added = {name for name in functions if name.rpartition(".")[2].startswith((BODY, OUTSIDE))}

@@ -45,7 +45,7 @@ def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Re
     return Request(text, file, name, modifiers, tuple(folders))
 
 
-def classes(text: str) -> list[str]:
+def _class_names(text: str) -> list[str]:
     """The names of classes that a text declares, as far as a line begins with them."""
     return _CLASS.findall(text)
 
@@ -53,7 +53,7 @@ def classes(text: str) -> list[str]:
 def unknown(request: Request) -> ModelicaError:
     """The error for a model that neither the text nor a library has."""
     where = request.file or ("the text" if request.text else "the roots")
-    known = classes(request.text)
+    known = _class_names(request.text)
     remedy = suggestion(request.model, known) or " Give its full name, and the folder of its library by roots=[...]."
     return ModelicaError(f"There is no model {request.model} in {where}.{remedy}")
 

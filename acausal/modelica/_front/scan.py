@@ -37,7 +37,7 @@ def statement_end(plain: str, at: int) -> int:
     return len(plain)
 
 
-def classes(plain: str) -> Callable[[int], str | None]:
+def class_kinds(plain: str) -> Callable[[int], str | None]:
     """The kind of the class that a place of a masked text lies in; None outside of all classes."""
     starts: list[int] = [0]
     kinds: list[str | None] = [None]

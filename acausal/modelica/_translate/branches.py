@@ -26,7 +26,7 @@ _FEW = 30
 
 
 class Failed(ModelError):
-    """A violated assertion."""
+    """A violated assertion, or a subscript out of bounds."""
 
 
 @dataclasses.dataclass(frozen=True)

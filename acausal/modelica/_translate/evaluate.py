@@ -10,7 +10,7 @@ import numpy as np
 from ..._declare.ifelse import held_relation
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .branches import choose
+from .branches import Failed, choose
 from .builtins import FUNCTIONS
 from .operators import RELATIONS, arithmetic, both_or_either, relation, unary
 from .scope import NotKnown, Scope
@@ -71,7 +71,12 @@ def index_of(value: Value, subs: Sequence[Any], at: Scope) -> tuple[Any, ...]:
 
 
 def _position(sub: Any, size: int, at: Scope) -> Any:
-    return slice(None) if isinstance(sub, e.Colon) else position(evaluate(sub, at.knowing(end=size)))
+    if isinstance(sub, e.Colon):
+        return slice(None)
+    found = position(evaluate(sub, at.knowing(end=size)))
+    if is_known(found) and not np.all((np.asarray(found) >= 0) & (np.asarray(found) < size)):
+        raise Failed(f"the subscript {np.asarray(found) + 1} of an array of {size} is out of bounds.")
+    return found
 
 
 def _binary(x: e.Binary, at: Scope) -> Value:

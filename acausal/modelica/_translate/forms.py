@@ -12,10 +12,10 @@ from ..._declare.annotations import Declaration, positive
 from ..._declare.component import Component, Equations, eq
 from .._syntax import expressions as e
 from .evaluate import evaluate
+from .execute import execute
 from .leaves import ModelLeaf
 from .nodes import instance, node_class
 from .scope import FunctionLibrary, Scope
-from .statements import execute
 from .terms import RecordOf, SlotValue
 from .values import Value, number
 

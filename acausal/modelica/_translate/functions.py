@@ -13,10 +13,10 @@ from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
 from .branches import with_arrays, without_arrays
 from .evaluate import evaluate
+from .execute import execute
 from .external import BY_NAME, EXTERNAL
 from .programs import TracedFunction, hashable, is_large
 from .scope import NotKnown, Scope
-from .statements import execute
 from .values import Value, is_known
 from .vectorised import by_elements
 

@@ -17,6 +17,8 @@ def elements(value: Value, index: tuple[Any, ...]) -> Value:
         for axis, item in reversed(list(enumerate(index))):
             value = value[(slice(None),) * axis + (item,)]
         return plain(value)
+    if isinstance(value, jax.Array) and value.dtype == float:
+        return value.at[index].get(mode="fill", fill_value=jnp.nan, wrap_negative_indices=False)
     return plain(value[index])
 
 

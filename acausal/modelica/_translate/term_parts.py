@@ -6,6 +6,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
+from .subscripts import position
 from .terms import Opaque, RecordOf
 from .values import Value
 
@@ -38,8 +39,10 @@ def field(term: Any, name: str) -> Any:
 def element(term: Any, subs: tuple[Any, ...]) -> Any:
     """Elements of an array, chosen at once where array and index are written out."""
     if isinstance(term, e.ArrayOf) and term.kind == "array" and subs and isinstance(subs[0], e.Const):
-        found = term.elements[int(subs[0].value) - 1]
-        return element(found, subs[1:]) if len(subs) > 1 else found
+        place = position(subs[0].value)
+        if 0 <= place < len(term.elements):  # an error occurs where the value is needed
+            found = term.elements[place]
+            return element(found, subs[1:]) if len(subs) > 1 else found
     if isinstance(term, RecordOf):
         return RecordOf(tuple((name, element(item, subs)) for name, item in term.fields))
     return e.Subscript(term, subs)

@@ -5,7 +5,7 @@ from typing import Any
 from .algorithms import MARK
 
 
-def shown(content: dict[str, Any]) -> dict[str, Any]:
+def restored(content: dict[str, Any]) -> dict[str, Any]:
     """The flat model with the algorithms put back."""
     for kind in ("", "initial_"):
         rest = []
@@ -26,11 +26,11 @@ def shown(content: dict[str, Any]) -> dict[str, Any]:
                 }
             )
         content[f"{kind}equations"] = rest
-    content["when_chains"] = [one for one in content["when_chains"] if not _is_never(one["first"]["condition"])]
+    content["when_chains"] = [one for one in content["when_chains"] if not _is_false(one["first"]["condition"])]
     return content
 
 
-def _is_never(condition: Any) -> bool:
+def _is_false(condition: Any) -> bool:
     return "Literal" in condition and condition["Literal"]["value"] == {"Boolean": False}
 
 
