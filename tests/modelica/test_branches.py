@@ -102,3 +102,26 @@ end Limit;
 """
     with pytest.raises(SimulationError, match=r"t = 1 s: .*too late"):
         simulate(load(text, "Limit"), 1.2)
+
+
+INITIAL = """model Initial
+  parameter Real least = 0.5;
+  Real x(start = 1, fixed = true);
+initial equation
+  assert(x >= least, "too little");
+initial algorithm
+  if least < -1 then
+    assert(x < 0, "too much");
+  end if;
+equation
+  der(x) = -1;
+end Initial;
+"""
+
+
+def test_initial_assertions_hold_at_the_start_only() -> None:
+    model: Any = load(INITIAL, "Initial")
+    assert np.isclose(simulate(model, 1.0, save="end")["x"][-1], 0.0)
+    for least, message in ((2.0, "t = 0 s: .*too little"), (-2.0, "t = 0 s: .*too much")):
+        with pytest.raises(SimulationError, match=message):
+            simulate(replace(model, {"least": least}), 1.0)

@@ -1,6 +1,7 @@
 """Functions of Modelica texts: known and traced values agree, in both modes of differentiation."""
 
 import math
+from pathlib import Path
 from typing import Any
 
 import jax
@@ -242,6 +243,15 @@ def test_strings_are_compared_and_scanned() -> None:
     assert EXTERNAL["ModelicaStrings_scanReal"](" -1.5e2 x") == (8, -150.0)
     assert EXTERNAL["ModelicaStrings_scanInteger"]("12.5") == (1, 0)
     assert EXTERNAL["ModelicaStrings_scanIdentifier"](" a_1+") == (5, "a_1")
+
+
+def test_lines_of_files_are_read(tmp_path: Path) -> None:
+    file = tmp_path / "a.txt"
+    file.write_text("one\ntwo\n")
+    assert EXTERNAL["ModelicaInternal_countLines"](str(file)) == 2
+    assert [EXTERNAL["ModelicaInternal_readLine"](str(file), n) for n in (2, 3)] == [("two", False), ("", True)]
+    with pytest.raises(ModelError, match=r"b\.txt does not exist"):
+        EXTERNAL["ModelicaInternal_countLines"](str(tmp_path / "b.txt"))
 
 
 def test_linear_algebra_has_the_results_of_lapack() -> None:

@@ -95,6 +95,7 @@ class FlatModelica:
     equations: tuple[FlatEquation, ...]
     initial_equations: tuple[FlatEquation, ...]
     asserts: tuple[Assert, ...]
+    initial_asserts: tuple[Assert, ...]
     algorithms: tuple[Algorithm, ...]
     initial_algorithms: tuple[Algorithm, ...]
     whens: tuple[WhenClause, ...]

@@ -111,6 +111,7 @@ def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModelica:
         equations=tuple(_equation(item, place) for item in node["equations"]),
         initial_equations=tuple(_equation(item, place) for item in node["initial_equations"]),
         asserts=tuple(assertion(item) for item in node["assert_equations"]),
+        initial_asserts=tuple(assertion(item) for item in node["initial_assert_equations"]),
         algorithms=tuple(_algorithm(item, place) for item in node["algorithms"]),
         initial_algorithms=tuple(_algorithm(item, place) for item in node["initial_algorithms"]),
         whens=tuple(when_clause(item) for item in node["when_chains"]),

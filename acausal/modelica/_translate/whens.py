@@ -94,6 +94,10 @@ class Lowering:
         for demand in flat.asserts:
             if not demand.is_warning:
                 out.demands.append(Assertion(None, self._sampled(demand.condition), demand.message))
+        at_start = (*flat.initial_asserts, *(s for algorithm in flat.initial_algorithms for s in algorithm.body))
+        for demand in assertions(at_start):
+            condition = any_of([self._sampled(demand.condition), e.Unary("Not", INITIAL)])
+            out.demands.append(Assertion(None, condition, demand.message))
         for equation in flat.equations:
             out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
         previous = PreviousAtStart.of(out.initial_equations)
@@ -294,7 +298,7 @@ class Lowering:
                 self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=()
             )
             self.out.initial[name] = e.Ref(start)
-        body = tuple(_renamed(s, names) for s in algorithm.body)
+        body = tuple(_renamed(s, names) for s in without_assertions(algorithm.body))
         self.out.algorithms.append(Algorithm(body, tuple(names.values()), algorithm.component, algorithm.place))
 
 

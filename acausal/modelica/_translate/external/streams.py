@@ -4,18 +4,25 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from ...._errors import ModelError
 from ..tables.files import matrix
 
 
+def _lines(file: str) -> list[str]:
+    if not Path(file).is_file():
+        raise ModelError(f"the file {file} does not exist.")
+    return Path(file).read_text().splitlines()
+
+
 def _read_line(file: str, number: int) -> tuple[str, bool]:
-    lines = Path(file).read_text().splitlines()
+    lines = _lines(file)
     return (lines[number - 1], False) if number <= len(lines) else ("", True)
 
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "ModelicaInternal_print": lambda text="", file="": (),
     "ModelicaInternal_fullPathName": lambda name: str(Path(name).resolve()),
-    "ModelicaInternal_countLines": lambda file: len(Path(file).read_text().splitlines()),
+    "ModelicaInternal_countLines": lambda file: len(_lines(file)),
     "ModelicaInternal_readLine": _read_line,
     "ModelicaStreams_closeFile": lambda file: (),
     "ModelicaIO_readMatrixSizes": lambda file, name: list(matrix(file, name).shape),
