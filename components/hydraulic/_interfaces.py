@@ -127,7 +127,7 @@ class MixedPart(FluidPart, partial=True):
             return super().shared_equations(d)
         gained = heat.Q_flow + self.dissipated() - self.drawn()
         if carrier is None:
-            return dict(heating=eq(gained))
+            return super().shared_equations(d) | dict(heating=eq(gained))
         ports = [port for _, port in self.thermal_ports()]
         carried, inflow = sum(port.H_flow for port in ports), sum(port.q for port in ports)
         return self._carried_laws(carrier, heat.T) | dict(

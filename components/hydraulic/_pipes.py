@@ -137,7 +137,7 @@ class Segments(FluidPart, partial=True):
             return super().shared_equations(d)
         warmed = heat.Q_flow + self.dissipated() * self._volumes() / (self.area * self.length)
         if carrier is None:
-            return dict(heating=eq(warmed))
+            return super().shared_equations(d) | dict(heating=eq(warmed))
         (_, a), (_, b) = self.thermal_ports()
         ends = dict(
             heat_a=eq(a.H_flow, carrier.flow(a.q, a.T, heat.T[0])),

@@ -196,5 +196,7 @@ def test_parts_that_cannot_carry_heat_are_named() -> None:
 
 
 def test_a_liquid_that_carries_heat_needs_fill() -> None:
-    problem = "The liquid of Chamber carries heat, but its ports do not. Use fill(model, liquid)"
-    assert problem in str(check(Chamber(volume=1e-3, liquid=OIL)))
+    problem = "The liquid of {} carries heat, but its ports do not. Use fill(model, liquid)"
+    assert problem.format("Chamber") in str(check(Chamber(volume=1e-3, liquid=OIL)))
+    assert problem.format("Chamber") in str(check(Chamber(volume=1e-3, liquid=OIL, heat=HeatPort())))
+    assert problem.format("Pipe") in str(check(Pipe(n=2, length=1.0, diameter=0.01, liquid=OIL, heat=True)))
