@@ -312,3 +312,49 @@ def test_a_function_of_scalars_is_called_with_arrays_element_by_element() -> Non
     assert_allclose(value(library, "length", np.array([[3.0, 4.0], [6.0, 8.0]])), [5.0, 10.0])
     with pytest.raises(ModelError, match="the arguments x, y of scaled have different sizes"):
         value(library, "scaled", x, y[:2])
+
+
+LOOPS = """
+model M
+  function turns
+    input Real u;
+    output Real v = u;
+  algorithm
+    while v > 1 loop
+      v := v / 2;
+      if v < 0.7 then
+        return;
+      end if;
+    end while;
+  end turns;
+  function once
+    input Real u;
+    output Real v = u;
+  algorithm
+    while v > 1 loop
+      v := v / 2;
+      return;
+    end while;
+  end once;
+  function endless
+    input Real u;
+    output Real v = u;
+  algorithm
+    while v > 1 loop
+      v := v + 1;
+    end while;
+  end endless;
+  Real a = turns(time), b = once(time), c = endless(time);
+end M;
+"""
+
+
+def test_loops_that_are_not_supported_are_refused() -> None:
+    flat = read(flat_model(LOOPS, "M")[0], "M")
+    library = Library(flat.functions, flat.enumerations)
+    assert [value(library, name, 3.0) for name in ("turns", "once")] == [0.75, 1.5]
+    for name, message in (("turns", "`return` under a condition"), ("once", "`return` in a while loop of unknown")):
+        with pytest.raises(ModelError, match=message):
+            jax.jit(lambda x, name=name: jnp.asarray(value(library, name, x)))(3.0)
+    with pytest.raises(ModelError, match="a while loop does not end"):
+        value(library, "endless", 3.0)

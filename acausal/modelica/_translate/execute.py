@@ -16,7 +16,7 @@ from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
 from .values import Value, is_known, plain, select
 
-Status = Literal["on", "break", "return"]
+Status = Literal["on", "return"]  # no `break`: see breaks.py
 Names = dict[str, Value]
 
 
@@ -34,7 +34,7 @@ def execute(body: Sequence[e.Statement], names: Names, at: Scope, *, is_whole: b
                 status = _breakable(statement, names, at)
                 if status == "return":
                     return status
-            case e.For() if _leaves(statement.body, e.Return) and not _leaves(statement.body, e.BreakStatement):
+            case e.For() if _leaves(statement.body) and not _leaves(statement.body, e.BreakStatement):
                 turns = _unrolled(statement, names, at)
                 return execute((*turns, *body[position + 1 :]), names, at, is_whole=is_whole)
             case e.For():
@@ -47,8 +47,6 @@ def execute(body: Sequence[e.Statement], names: Names, at: Scope, *, is_whole: b
                     return status
             case e.Return():
                 return "return"
-            case e.BreakStatement():
-                return "break"
             case e.Assert():
                 check(statement, _here(names, at))
             case _:
@@ -112,15 +110,14 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
     return jnp.asarray(old).at[index].set(value)
 
 
-def _leaves(body: Sequence[e.Statement], *kinds: type) -> bool:
-    """Whether a body contains a statement of these kinds; by default, `return` or `break`."""
-    kinds = kinds or (e.Return, e.BreakStatement)
+def _leaves(body: Sequence[e.Statement], kind: type = e.Return) -> bool:
+    """Whether a body contains a statement of this kind."""
     for s in body:
-        if isinstance(s, kinds):
+        if isinstance(s, kind):
             return True
         inner = [b for _, b in s.blocks] + [s.otherwise] if isinstance(s, e.IfStatement) else []
         inner += [s.body] if isinstance(s, e.For | e.While) else []
-        if any(_leaves(b, *kinds) for b in inner):
+        if any(_leaves(b, kind) for b in inner):
             return True
     return False
 
@@ -162,8 +159,6 @@ def _if(
 
         names.update(choose(truth, lambda: values(body), lambda: values(otherwise)))
         ends = tuple(found)
-    if len(set(ends)) > 1 and "break" in ends:
-        raise ModelError("a `break` under a condition that is unknown before a run is not supported.")
     if not takes_rest:
         return None
     if len(set(ends)) > 1 and not is_whole:
@@ -208,8 +203,6 @@ def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Sco
     for item in evaluate(over, _here(names, at)):
         names[name] = plain(item)
         status = _for(rest, body, names, at) if rest else execute(body, names, at)
-        if status == "break":
-            break
         if status == "return":
             return status
     if outer is None:
@@ -228,7 +221,7 @@ def _while(statement: e.While, names: Names, at: Scope) -> Status:
             return "on"
         status = execute(statement.body, names, at)
         if status != "on":
-            return "on" if status == "break" else status
+            return status
     raise ModelError("a while loop does not end.")
 
 
@@ -238,7 +231,7 @@ def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
     def step(state: Names) -> Names:
         inner = {**names, **state}
         if execute(statement.body, inner, at) != "on":
-            raise ModelError("a `break` or `return` in a while loop of unknown length is not supported.")
+            raise ModelError("a `return` in a while loop of unknown length is not supported.")
         return {name: value for name, value in inner.items() if value is not names.get(name) or name in state}
 
     def goes_on(state: Names) -> Any:
