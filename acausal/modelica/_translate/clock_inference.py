@@ -7,7 +7,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatModelica
+from .._syntax.flat import FlatModelica, FlatVariable
 from .._syntax.visits import parts_of
 from .clock_partitions import Base, Clock, Partitions
 from .known import KnownValues, variables_in
@@ -40,7 +40,7 @@ class Inference:
         """Whether the value of an expression is a clock."""
         match x:
             case e.Ref():
-                variable = self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+                variable = self._variable(x)
                 return variable is not None and variable.type == "Clock"
             case e.If():
                 return self.is_clock(x.otherwise)
@@ -51,10 +51,13 @@ class Inference:
     def is_clocked_sample(self, x: e.Builtin) -> bool:
         return x.name == "Sample" and (len(x.args) == 1 or self.is_clock(x.args[1]))
 
+    def _variable(self, x: e.Ref) -> FlatVariable | None:
+        """The variable that a reference names, or an element of it; None for a part with several variables."""
+        return self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+
     def names(self, x: e.Ref) -> Iterator[str]:
         """The variables that a reference names, without constants and parameters."""
-        base = x.name if x.name in self.flat.variables else x.name.rpartition("[")[0]
-        variable = self.flat.variables.get(base)
+        variable = self._variable(x)
         found = [variable] if variable else variables_in(self.known.tree.find(split(x.name)))
         return (v.name for v in found if v.variability not in ("constant", "parameter"))
 
@@ -130,7 +133,7 @@ class Inference:
     def _is_logical(self, x: Any) -> bool:
         match x:
             case e.Ref():
-                variable = self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+                variable = self._variable(x)
                 return variable is not None and variable.type == "Boolean"
             case e.Binary():
                 return x.op in _LOGICAL
