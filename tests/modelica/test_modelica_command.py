@@ -71,3 +71,26 @@ def test_twins_that_differ_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch)
 def test_a_scoreboard_needs_something_to_compare_with(capsys: pytest.CaptureFixture[str]) -> None:
     assert command_line.main(["scoreboard", "--roots", "libraries"]) != 0
     assert "--references" in capsys.readouterr().err
+
+
+def test_references_and_models_that_do_not_exist_are_named(
+    references: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = ["scoreboard", "--roots", "libraries", "--references"]
+    assert command_line.main([*arguments, str(tmp_path / "M" / "Good"), "--only", "Ugly"]) != 0
+    assert "No model with a reference has a name that contains 'Ugly'" in capsys.readouterr().err
+    (tmp_path / "empty").mkdir()
+    assert command_line.main([*arguments, str(tmp_path / "empty")]) != 0
+    assert "has no folder with comparisonSignals.txt" in capsys.readouterr().err
+
+
+def test_signals_are_written_and_their_elements_count_from_1(tmp_path: Path) -> None:
+    (tmp_path / "L.mo").write_text(
+        "package L model M Real x[2](each start = 1); equation der(x) = {1, 2}; end M; end L;"
+    )
+    table = tmp_path / "run.csv"
+    arguments = ["simulate", "--roots", str(tmp_path), "", "L.M", "--stop", "1", "--csv", str(table)]
+    assert command_line.main(arguments) == 0
+    head, *_, last = table.read_text().splitlines()
+    assert head == '"time","x[1]","x[2]"'
+    assert [float(value) for value in last.split(",")] == pytest.approx([1.0, 2.0, 3.0])
