@@ -31,8 +31,8 @@ _FIRST = {
         ("self.force.flange, self.mass.a", "self.mass.b, PORT"),
     ),
     "planar.Frame": _Partner(
-        {"wall": "planar.Fixed()", "hinge": "planar.Revolute()", "arm": "planar.FixedTranslation(rx=0.5)"},
-        ("self.wall.frame, self.hinge.a", "self.hinge.b, self.arm.a", "self.arm.b, PORT"),
+        {"base": "planar.Body(m=2.0, J=0.02)", "arm": "planar.FixedTranslation(rx=0.5)"},
+        ("self.base.frame, self.arm.a", "self.arm.b, PORT"),
     ),
     "hydraulic.FluidPort": _Partner(
         {"pump": "hydraulic.ConstantPressure(pressure=100e5)", "hose": "hydraulic.LaminarResistance(resistance=1e9)"},
