@@ -59,7 +59,7 @@ _NEXT = {
     "planar.Frame": _Partner({"body": "planar.Body(m=1.0, J=0.01)"}, ("PORT, self.body.frame",)),
     "hydraulic.FluidPort": _Partner({"tank": "hydraulic.Tank()"}, ("PORT, self.tank.port",)),
 }
-_SPECIAL = {"IdealOpAmp", "PurgeValve"}  # work in circuits of their own kind only
+_SPECIAL = {"IdealOpAmp", "PurgeValve", "Vessel"}  # work in circuits of their own kind only
 _MODULES = {"jax": "import jax", "jnp": "import jax.numpy as jnp"}
 _RETURNS = {"n", "n1", "n2", "reference"}  # pins that are grounded
 
