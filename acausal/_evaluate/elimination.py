@@ -87,18 +87,19 @@ def _either(which: Array, a: Array, b: Numbers) -> Array:
 def _solved(rows: list[_Row]) -> list[Any]:
     """The solution by operations on arrays, which are fewer."""
     n = len(rows)
-    matrices = stacked(rows)
-    solve = lambda a: linear_solver(a[:, :n], is_refined=True)(-a[:, n])  # noqa: E731
-    # A batch of one would compile to more operations.
-    solutions = solve(matrices[0])[None] if len(matrices) == 1 else jax.vmap(solve)(matrices)
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for row in rows for value in row if value is not None))
+    # Not one array: in reverse mode, the matrix is a known number and the right-hand side an unknown tangent.
+    matrices, constants = stacked([row[:n] for row in rows], shape), stacked([row[n:] for row in rows], shape)
+    solve = lambda a, b: linear_solver(a, is_refined=True)(-b[:, 0])  # noqa: E731
+    # A batch of one would compile to more operations.
+    solutions = solve(matrices[0], constants[0])[None] if len(matrices) == 1 else jax.vmap(solve)(matrices, constants)
     return [solutions[:, i].reshape(shape) for i in range(n)]
 
 
-def stacked(rows: list[_Row]) -> Array:
+def stacked(rows: list[_Row], shape: tuple[int, ...] = ()) -> Array:
     """Coefficients of equations for each element of arrays, [elements, rows, columns]."""
     values = [value for row in rows for value in row if value is not None]
-    shape = jnp.broadcast_shapes(*(jnp.shape(value) for value in values))
+    shape = jnp.broadcast_shapes(shape, *(jnp.shape(value) for value in values))
     flat = [jnp.broadcast_to(jnp.asarray(value, float), shape).ravel() for value in (0.0, *values)]
     is_own = np.array([[value is not None for value in row] for row in rows])
     return jnp.stack(flat, axis=-1)[:, behind_filler(is_own)]

@@ -54,3 +54,20 @@ def test_derivatives_of_a_root() -> None:
     assert_allclose(jax.jacfwd(root)(4.0), 0.25)
     assert_allclose(jax.grad(jax.grad(root))(4.0), -1.0 / 32.0)
     assert_allclose(jax.vmap(jax.grad(root))(jnp.array([1.0, 4.0])), [0.5, 0.25])
+
+
+def ring(x: Any, p: Any) -> Any:
+    """x_i^3 + p_0 x_(i+1) = p_1 i, around a ring."""
+    return x**3 + p[0] * jnp.roll(x, -1) - p[1] * jnp.arange(1.0, len(x) + 1.0), True
+
+
+@pytest.mark.parametrize("n", range(1, 9))
+def test_both_modes_agree_for_any_number_of_unknowns(n: int) -> None:
+    """Small systems are eliminated entry by entry, larger ones as arrays, the largest by LU factors."""
+    p = jnp.array([1.0, 2.0])
+    root = lambda p: scaled_root(ring, jnp.ones((1, n)), p)  # noqa: E731
+    forward = jax.jacfwd(root)(p)
+    ends = [root(p + step) for step in 1e-6 * jnp.array([[1.0, 0.0], [-1.0, 0.0]])]
+    assert_allclose(forward[:, 0], (ends[0] - ends[1]) / 2e-6, rtol=1e-6, atol=1e-9)
+    assert_allclose(jax.jacrev(root)(p), forward, rtol=1e-12, atol=1e-14)
+    assert_allclose(jax.jit(jax.jacrev(root))(p), forward, rtol=1e-12, atol=1e-14)
