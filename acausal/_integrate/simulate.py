@@ -115,7 +115,7 @@ def simulate(
     tolerance. `sol.unresolved` lists them.
     """
     model = model if nominal is None else sized(model, nominal)
-    throw, energy = flag(throw, "throw") and not is_trial(), flag(energy, "energy")
+    throw, energy = flag(throw, "throw"), flag(energy, "energy")
     progress = None if progress is None else flag(progress, "progress")
     check_is_node(model)
     given, structure = jax.tree_util.tree_flatten(model)
@@ -131,7 +131,7 @@ def simulate(
     resume = resume is not None and flag(resume, "resume")
     if not resume and needs_search(system, leaves):
         with compiling("the start", model, search_start, progress):
-            leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw)
+            leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw and not is_trial())
     stop, stop_constants = _traced(until, system, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     watched, peak_constants = _traced(peaks, system, "peaks")

@@ -15,7 +15,7 @@ from ._explore.explore import explore
 from ._explore.explored import Explored, ExploredResult
 from ._explore.explorer import Explorer
 from ._explore.served import App, serve
-from ._identify.estimate import Channel, Combination, End
+from ._identify.entries import Channel, Combination, End
 from ._identify.experiment import Experiment, Run
 from ._identify.fit import Fit
 from ._identify.identify import identify

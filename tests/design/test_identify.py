@@ -443,9 +443,41 @@ def test_bad_experiments_and_priors() -> None:
 
 @pytest.mark.thorough
 def test_a_model_that_cannot_be_run_from_its_start() -> None:
-    steps = drop(position(), max_steps=3)
-    with pytest.raises(SimulationError, match=r"experiment 1: from the start values of the fit, link.s_rel is inf"):
+    steps = [drop(position(), name="fine"), drop(position(), max_steps=3, name="short")]
+    text = (
+        r"short: At t = .* s: The maximum number of steps.*cannot start with link.c = 0.04 N/mm, link.d = 1.5 N.s/m\."
+    )
+    with pytest.raises(SimulationError, match=text + ".*pass starts=10"):
         identify(rig(), FREE, steps)
+
+
+def test_runs_of_functions_may_fail_on_the_way() -> None:
+    """The mass is let go at 0.1 m and passes zero only if d is less than the critical damping, 12.6 N.s/m."""
+
+    def passage(model: Rig) -> dict[str, Any]:
+        return {"time": simulate(model, 0.5, until=lambda s: s.link.s_rel, save="end", rtol=1e-8).t1}
+
+    free = {"link.d": (0.1, 100.0)}
+    experiment = Experiment(passage, {"time": 0.3}, {"time": 1e-3}, units={"time": "s"})
+    with pytest.raises(SimulationError, match=r"At t = 0.5 s: The stop condition was never met.*link.d = 50 N.s/m"):
+        identify(rig(d=50.0), free, experiment)
+    fit = identify(rig(d=50.0), free, experiment, starts=4)
+    # x = exp(-a t) (cos w t + a/w sin w t) is zero at tan w t = -w/a.
+    a, w = fit.estimates[0] / 2.0, np.sqrt(40.0 - fit.estimates[0] ** 2 / 4.0)
+    assert (np.pi - np.arctan(w / a)) / w == pytest.approx(0.3, rel=1e-6)
+    assert float(fit.log_density([50.0])) < -1e10
+
+
+def test_a_derivative_that_is_not_finite_at_the_start() -> None:
+    experiment = Experiment(lambda m: {"y": jnp.sqrt(m.link.s_rel0)}, {"y": 1.0}, {"y": 1.0}, name="root")
+    with pytest.raises(SimulationError, match=r"root: y: the derivative with respect to link.s_rel0 is not finite"):
+        identify(rig(), {"link.s_rel0": (0.0, 1.0)}, experiment)
+
+
+def test_all_starts_fail() -> None:
+    experiment = Experiment(lambda m: {"y": jnp.log(-m.link.c)}, {"y": 1.0}, {"y": 1.0})
+    with pytest.raises(SimulationError, match=r"experiment 1: y is nan. .*N/mm, nor from 2 other points. Start from"):
+        identify(rig(), {"link.c": (5.0, 50.0)}, experiment, starts=3)
 
 
 def test_a_start_that_cannot_be_computed_is_given_up_soon() -> None:
@@ -455,7 +487,7 @@ def test_a_start_that_cannot_be_computed_is_given_up_soon() -> None:
         jax.debug.callback(lambda: calls.append(1))
         return {"y": jnp.nan * model.link.c * jnp.ones(2)}
 
-    with pytest.raises(SimulationError, match=r"takes the options of its runs"):
+    with pytest.raises(SimulationError, match=r"experiment 1: y is nan. The fit cannot start"):
         identify(rig(), FREE, Experiment(predict, {"y": [1.0, 2.0]}, {"y": 1.0}))
     jax.effects_barrier()
     assert len(calls) < 10

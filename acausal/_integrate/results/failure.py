@@ -5,6 +5,7 @@ import contextvars
 import math
 from collections.abc import Iterator
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,7 +34,7 @@ _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", def
 
 @contextlib.contextmanager
 def trials() -> Iterator[None]:
-    """Let failed runs return, as with `throw=False`, for a search that examines their results itself."""
+    """Let failed runs return NaN instead of raising an error, for a search that rejects them."""
     token = _is_trial.set(True)
     try:
         yield
@@ -47,9 +48,14 @@ def is_trial() -> bool:
 
 
 def report_failure(solution: Solution) -> Solution:
-    """Raise if the run failed; under `jit`, at execution time. Otherwise return the solution."""
+    """Raise if the run failed; under `jit`, at execution time. Otherwise return the solution.
+
+    Inside `trials`, all real numbers of a failed run are NaN instead.
+    """
     result = solution.result
     fine = is_success(result)
+    if is_trial():
+        return jax.tree.map(lambda x: jnp.where(fine, x, jnp.nan) if eqx.is_inexact_array(x) else x, solution)
     are_fine = known(fine)
     if are_fine is None:
         return _checked_at_run_time(solution, ~fine)

@@ -2,8 +2,8 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Mapping
-from typing import Generic, NamedTuple, TypeVar
+from collections.abc import Callable
+from typing import Generic, TypeVar
 
 import jax
 import numpy as np
@@ -12,64 +12,16 @@ from scipy.stats import t
 
 from ..._declare.component import Component
 from ..._errors import UnknownNameError, suggestion
-from ..._units.display import Scale
 from .._problem.free import Free
+from .entries import Channel, Combination, End
 from .fit_problem import FitProblem
 from .least_squares import Multistart
 from .levenberg_marquardt import Minimum
+from .loss import Loss
 
 M = TypeVar("M", bound=Component, covariant=True)
 RANK = 1e-7  # relative size of singular values within the errors of the runs
 WEAK = 1.0  # relative uncertainty above which a combination is indistinguishable
-
-
-class Channel(NamedTuple):
-    """A measured quantity of an experiment. `rows` are the rows of its residuals; `scale` is that of the data."""
-
-    experiment: str
-    name: str
-    unit: str
-    times: np.ndarray | None
-    measured: np.ndarray
-    rows: slice
-    is_estimated: bool  # whether the noise is
-    group: int
-    place: int
-    scale: Scale = Scale()
-
-    @property
-    def n_values(self) -> int:
-        """The number of measured values; missing ones are NaN."""
-        return int(np.sum(np.isfinite(self.measured)))
-
-    @property
-    def label(self) -> str:
-        """The name in tables and pictures."""
-        return f"{self.experiment}: {self.name}"
-
-
-class End(NamedTuple):
-    """The end of a search from a start; chi2 is infinite if the model could not be run."""
-
-    start: Float[np.ndarray, " n"]
-    estimates: Float[np.ndarray, " n"]
-    chi2: float
-
-
-class Combination(NamedTuple):
-    """A principal direction of the parameters in relative changes.
-
-    All parameters change by `shares` times one factor. `std` is the relative standard deviation of this factor,
-    infinite for an undetermined direction.
-    """
-
-    shares: Mapping[str, float]
-    std: float
-
-    def __str__(self) -> str:
-        parts = [f"{share:+.2f} {name}" for name, share in self.shares.items() if abs(share) >= 0.1]
-        known = "not determined" if np.isinf(self.std) else f"known to {100 * self.std:.3g} %"
-        return f"{' '.join(parts)} (relative changes): {known}"
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -133,8 +85,13 @@ class Estimate(Generic[M]):
         return self._minimum.at_bound
 
     @property
+    def loss(self) -> Loss:
+        """The loss of a weighted residual."""
+        return self._problem.loss
+
+    @property
     def chi2(self) -> float:
-        """The sum of squares of the weighted residuals, including priors."""
+        """The sum of the losses of the weighted residuals, by default their squares, including priors."""
         return self._minimum.chi2
 
     @property
@@ -146,19 +103,29 @@ class Estimate(Generic[M]):
     @ft.cached_property
     def jacobian(self) -> Float[np.ndarray, "m n"]:
         """Derivatives of the weighted residuals with respect to the parameters in their units."""
-        return self._minimum.jacobian / np.asarray(self._free.slopes(self.estimates))
+        rescaled = self._of_values(self.loss.slope)
+        return self._minimum.jacobian / rescaled[:, None] / np.asarray(self._free.slopes(self.estimates))
+
+    def _of_values(self, function: Callable[[np.ndarray], np.ndarray], of_prior: float = 1.0) -> np.ndarray:
+        """A function of the rescaled residuals of measured values, followed by the number for each prior."""
+        values, priors = np.split(self._minimum.residuals, [-len(self.names)])
+        return np.concatenate([function(values), np.full(len(priors), of_prior)])
 
     @ft.cached_property
     def _relative(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Reference sizes of the parameters, and the SVD of the derivatives with respect to relative changes."""
         sizes = np.where(self.estimates != 0.0, np.abs(self.estimates), np.asarray(self._free.slopes(self.estimates)))
         sizes = np.where(self.at_bound, 0.0, sizes)
-        left, values, right = np.linalg.svd(self.jacobian * sizes, full_matrices=False)
+        weights = np.sqrt(self._of_values(self.loss.curvature))
+        left, values, right = np.linalg.svd(weights[:, None] * self.jacobian * sizes, full_matrices=False)
         return sizes, left, values, right
 
     @property
     def singular_values(self) -> Float[np.ndarray, " n"]:
-        """Singular values of the derivatives of weighted residuals with respect to relative changes of parameters."""
+        """Singular values of the derivatives of weighted residuals with respect to relative changes of parameters.
+
+        The rows are multiplied by the square root of the curvature of the loss, which is 1 for squares.
+        """
         return self._relative[2]
 
     @property
@@ -169,13 +136,24 @@ class Estimate(Generic[M]):
 
     @ft.cached_property
     def covariance(self) -> Float[np.ndarray, "n n"]:
-        """(J^T J)^-1, infinite for undetermined parameters and zero for those at a bound."""
+        """(J^T J)^-1, or the sandwich of `identify`.
+
+        It is infinite for undetermined parameters and zero for those at a bound.
+        """
         sizes, _, values, right = self._relative
         right = right[: self.rank] / values[: self.rank, None]
-        covariance = sizes[:, None] * (right.T @ right) * sizes
+        covariance = sizes[:, None] * (right.T @ self._scatter(right) @ right) * sizes
         lost = self._undetermined
         covariance[lost, lost] = np.inf
         return covariance
+
+    def _scatter(self, right: np.ndarray) -> np.ndarray:
+        """Scatter of the gradient of the losses along scaled principal directions: the identity for squares."""
+        if not self.loss.is_robust:
+            return np.eye(len(right))
+        scores = (self._of_values(self.loss.influence)[:, None] * self.jacobian * self._relative[0]) @ right.T
+        n = self.dof + int(np.sum(~self.at_bound))
+        return scores.T @ scores * np.divide(n, self.dof)
 
     @property
     def _undetermined(self) -> Bool[np.ndarray, " n"]:
@@ -190,6 +168,8 @@ class Estimate(Generic[M]):
     @property
     def std_scaled_by_residual(self) -> Float[np.ndarray, " n"]:
         """Standard deviations if the given noise is known up to one factor, which is estimated from the residuals."""
+        if self.loss.is_robust:
+            return self.std  # the sandwich contains the scatter of the residuals
         return self.std * np.sqrt(self.chi2 / self.dof) if self.dof > 0 else np.full(len(self.names), np.nan)
 
     @property
@@ -200,7 +180,8 @@ class Estimate(Generic[M]):
 
     @property
     def _quantile(self) -> float:
-        return float(t.ppf(0.5 + 0.5 * self.level, self.noise_freedom))
+        freedom = self.dof if self.loss.is_robust else self.noise_freedom
+        return float(t.ppf(0.5 + 0.5 * self.level, freedom))
 
     @property
     def low(self) -> Float[np.ndarray, " n"]:
@@ -216,11 +197,13 @@ class Estimate(Generic[M]):
     def combinations(self) -> tuple[Combination, ...]:
         """Principal directions of the parameters, the least determined one first."""
         sizes, _, values, right = self._relative
+        known = right[: self.rank] / values[: self.rank, None]
+        stds = np.sqrt(np.diag(self._scatter(known))) / values[: self.rank]
         found = []
         for i in range(len(right) - 1, -1, -1):
             if np.any(sizes[np.abs(right[i]) > 1e-8]):
                 sign = 1.0 if right[i][np.argmax(np.abs(right[i]))] > 0.0 else -1.0
-                std = 1.0 / values[i] if i < self.rank else np.inf
+                std = stds[i] if i < self.rank else np.inf
                 found.append(Combination(dict(zip(self.names, (sign * right[i]).tolist(), strict=True)), float(std)))
         return tuple(found)
 
@@ -233,7 +216,9 @@ class Estimate(Generic[M]):
     def residuals(self) -> dict[str, Float[np.ndarray, " n"]]:
         """(predicted - measured) / sigma by experiment and channel; NaN for missing values."""
         found = self._minimum.residuals
-        return {c.label: np.where(np.isnan(c.measured), np.nan, found[c.rows]) for c in self.channels}
+        return {
+            c.label: np.where(np.isnan(c.measured), np.nan, self.loss.weighted(found[c.rows])) for c in self.channels
+        }
 
     @property
     def sigma(self) -> dict[str, Float[np.ndarray, " n"]]:

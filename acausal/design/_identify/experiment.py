@@ -12,8 +12,8 @@ from jaxtyping import Array, Int
 
 from ..._declare.by_name import replace
 from ..._declare.component import Component
-from ..._errors import ArgumentError, ModelError
-from ..._integrate.setup.result import is_success, sentence
+from ..._errors import ArgumentError, ModelError, ParameterError, SimulationError
+from ..._integrate.results.failure import trials
 from ..._integrate.simulate import simulate
 from ..._numbers import Numbers
 from .._problem.free import Place, with_numbers
@@ -31,18 +31,13 @@ class Run:
     options: tuple[tuple[str, Any], ...]
 
     def __call__(self, model: Component, times: Array) -> dict[str, Numbers]:
-        """The predictions by name at times in s, in the units of the model; infinite if the run fails."""
-        solution = simulate(model, times[-1], save=times, throw=False, **dict(self.options))
-        values = {path: solution[path] for path in self.paths}
+        """The predictions by name at times in s, in the units of the model."""
+        solution = simulate(model, times[-1], save=times, **dict(self.options))
+        values: dict[str, Numbers] = {path: solution[path] for path in self.paths}
         if self.outputs:
             view = solution.values
             values |= {name: jnp.broadcast_to(function(view), times.shape) for name, function in self.outputs}
-        reached = is_success(solution.result)
-        return {name: jnp.where(reached, value, jnp.inf) for name, value in values.items()}
-
-    def failure(self, model: Component, times: Array) -> str:
-        """Message of a failed run."""
-        return sentence(simulate(model, times[-1], save=times, throw=False, **dict(self.options)).result)
+        return values
 
 
 @dataclasses.dataclass(frozen=True)
@@ -62,7 +57,8 @@ class Experiment:
     """Measured scalars or arrays with their prediction; for trajectories see `Experiment.of_run`.
 
     - `predict(model)`: a dictionary of predicted numbers or arrays, with the names of `measured`, from one or several
-      runs. It must be traceable by jax. A failed run should give a value that is not finite.
+      runs. It must be traceable by jax. The search steps back from parameters with which a run fails or a prediction is
+      not finite.
     - `measured`: the measured values by name, as quantities or as numbers in the unit of `units`.
     - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. The noise
       of other names is estimated from the residuals, as one number for all values of a name.
@@ -143,9 +139,10 @@ class Prepared(eqx.Module):
         return with_numbers(changed, self.own, x[self.indices]) if self.own else changed
 
     def predicted(self, model: Component) -> dict[str, Array]:
-        """Predictions of the model in this experiment, by name."""
+        """Predictions of the model in this experiment, by name; NaN if a run fails."""
         try:
-            found = self.predict(model, self.times)
+            with trials():
+                found = self.predict(model, self.times)
         except (jax.errors.TracerArrayConversionError, jax.errors.ConcretizationTypeError) as error:
             raise ModelError(
                 f"The prediction of {', '.join(self.names)} cannot be differentiated: it needs concrete values, as "
@@ -164,5 +161,9 @@ class Prepared(eqx.Module):
         return values
 
     def failure(self, model: Component) -> str:
-        """Message of a failed run."""
-        return self.predict.failure(model, self.times) if isinstance(self.predict, Run) else ""
+        """The error of a failed run with its time, cause and remedy; empty if no run fails."""
+        try:
+            self.predict(model, self.times)
+        except (SimulationError, ParameterError) as error:
+            return str(error)
+        return ""

@@ -33,6 +33,8 @@ class Fit(Estimate[M]):
 
         Its interval is also correct for strongly nonlinear models, unlike that from the covariance. The profile has
         `points` values on either side, up to the ends of the interval at `level`.
+
+        Raises `ModelError` for a fit with a robust loss.
         """
         if name not in self.names:
             raise UnknownNameError(f"The fit has no parameter {name!r}.{suggestion(name, self.names)}")
@@ -41,11 +43,11 @@ class Fit(Estimate[M]):
     def log_density(self, x: Any) -> Array:
         """The logarithm of the likelihood times the priors at parameters in their units, up to a constant: -chi2/2.
 
+        With a robust loss, the likelihood is that of the noise whose density is exp(-loss/2).
+
         `x` is in the order of `names`. The density is zero, and its logarithm -inf, outside the bounds. jax can
         compile and differentiate it, so that it is the argument of samplers: its gradient costs a run with forward
-        derivatives. Estimated noise counts as known. A run of an experiment that fails gives a density of practically
-        zero. A function of the model that simulates raises the error of a failed run, unless it passes `throw=False`
-        and returns values that are not finite.
+        derivatives. Estimated noise counts as known. A run that fails gives a density of practically zero.
 
         Raises `ArgumentError` unless `x` has one number for each parameter.
         """
@@ -117,7 +119,8 @@ class Fit(Estimate[M]):
     @property
     def _remarks(self) -> list[str]:
         rank = f"rank {self.rank} of {int(np.sum(~self.at_bound))}"
-        found = [f"chi2 {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
+        name = f"sum of {self.loss.name} losses" if self.loss.is_robust else "chi2"
+        found = [f"{name} {self.chi2:.6g}, {self.dof} degrees of freedom, {rank}"]
         if self.ends:
             near = self.ends[0].chi2 + SAME * max(self.ends[0].chi2, 1.0)
             same = sum(end.chi2 <= near for end in self.ends)

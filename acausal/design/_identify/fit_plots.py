@@ -6,7 +6,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from ..._extras import Axes, Panels, given_or_new, panels
-from .estimate import Channel
+from .entries import Channel
 from .fit import Fit
 from .profile import Profile
 

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from ..._declare.component import Component
 from .._problem.free import Free
 from .experiment import Prepared
+from .loss import Loss
 
 REFUSED = 1e10  # residual of a point that cannot be computed: the search rejects steps to it
 
@@ -25,6 +26,7 @@ class FitProblem(eqx.Module):
     shared: int = eqx.field(static=True)  # number of free parameters that all experiments share; they come first
     model: Component
     groups: tuple[Prepared, ...]
+    loss: Loss
     prior_mean: Float[Array, " n"]
     prior_std: Float[Array, " n"]  # infinite without a prior
 
@@ -44,13 +46,14 @@ class FitProblem(eqx.Module):
         return Free(self.free.variables[: self.shared]).with_values(self.model, x[: self.shared])
 
     def residuals(self, z: Float[Array, " n"]) -> Float[Array, " m"]:
-        """(predicted - measured) / sigma of all experiments, group by group, then of the priors."""
+        """(predicted - measured) / sigma of all experiments, rescaled by the loss, group by group; then of priors."""
         parts = [
             ((found[name] - group.measured[name]) / group.sigma[name]).ravel()
             for group, found in zip(self.groups, self.predicted(z), strict=True)
             for name in group.names
         ]
-        return jnp.concatenate([*parts, (self.free.unscaled(z) - self.prior_mean) / self.prior_std])
+        rescaled = self.loss.rescaled(jnp.concatenate(parts))
+        return jnp.concatenate([rescaled, (self.free.unscaled(z) - self.prior_mean) / self.prior_std])
 
     def residuals_and_jacobian(self, z: Float[Array, " n"]) -> tuple[Float[Array, " m"], Float[Array, "m n"]]:
         """Residuals and their derivatives by forward mode, from one run of each experiment."""

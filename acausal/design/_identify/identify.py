@@ -4,7 +4,6 @@ import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, TypeVar
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -15,13 +14,16 @@ from .._problem.distributions import Normal
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters
 from .._problem.types import ByPath
-from .estimate import RANK, Channel
+from .entries import Channel
+from .estimate import RANK
 from .experiment import Experiment, Prepared
 from .fit import Fit
 from .fit_problem import FitProblem, stacked
 from .least_squares import Multistart, least, multistart, starts_between
 from .levenberg_marquardt import Minimum, minimise
+from .loss import Loss, LossName
 from .prepare import Labels, prepared, with_own
+from .start_errors import raise_start
 
 M = TypeVar("M", bound=Component)
 ROUNDS = 30  # most iterations of the noise
@@ -35,6 +37,8 @@ def identify(
     experiments: Experiment | Sequence[Experiment],
     *,
     priors: ByPath[Normal] | None = None,
+    loss: LossName = "linear",
+    f_scale: float = 1.0,
     starts: int = 1,
     level: float = 0.95,
     tolerance: float = 1e-9,
@@ -51,6 +55,8 @@ def identify(
     - `experiments`: one or several. They share the values of `free`; a parameter that is free in one experiment is
       called "experiment: path". Experiments of the same kind with equally many samples share one compiled run.
     - `priors`: prior distributions `Normal(mean, std)`, by the keys of `free` or by the name "experiment: path".
+    - `loss` and `f_scale`: as in `scipy.optimize.least_squares`. "huber" and "soft_l1" limit the influence of outliers,
+      which are residuals larger than `f_scale` standard deviations of the noise. Priors keep the square.
     - `starts`: number of starts: the values in `model`, and points of a Sobol sequence between the bounds. The searches
       run on all cores, and `ends` of the fit has their results.
     - `level`: of the confidence intervals. `tolerance`: of the parameters, relative to the distance of their bounds.
@@ -61,28 +67,37 @@ def identify(
     Otherwise the noise of a channel is estimated from its residuals and their degrees of freedom, fit and noise are
     iterated to convergence, and the intervals are those of Student's t distribution.
 
-    Source: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3.
+    With a loss that limits outliers, the covariance is the sandwich A^-1 B A^-1 of M-estimators:
+    A = J^T diag(psi') J and B = J^T diag(psi^2) J n/(n - p). Here, psi is half the derivative of the loss, n the number
+    of values and p that of parameters. It holds for all distributions of outliers that are as often high as low. Noise
+    is estimated by Huber's proposal 2, and the intervals are those of Student's t distribution.
+
+    The search steps back from parameters with which a run fails or a prediction is not finite.
+
+    Sources: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3; Huber and Ronchetti,
+    Robust Statistics, 2nd ed., ch. 6 and 7.
 
     Raises `ModelError` or `ParameterError` for invalid data, and `SimulationError` if the model cannot be run from the
     values in `model` or the search does not converge.
     """
+    chosen_loss = Loss.of(loss, f_scale)
     many = [experiments] if isinstance(experiments, Experiment) else list(experiments)
     ready, labels = prepared(many, model)
     has_own = any(experiment.free for experiment in many)
     shared = free_parameters(model, free) if free or not has_own else Free(())
     chosen, ready = with_own(many, ready, labels, model, shared)
     mean, std = _priors(priors or {}, chosen)
-    _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))))
+    _check_count(ready, labels, chosen, int(np.sum(np.isfinite(std))), chosen_loss)
     groups, members = stacked(ready)
     # The compiled program does not depend on the start values, so that other starts compile nothing.
     still = Free(tuple(v._replace(start=1.0) if np.isfinite(v.high - v.low) else v for v in chosen.variables))
-    problem = FitProblem(still, len(shared.variables), model, groups, jnp.asarray(mean), jnp.asarray(std))
+    problem = FitProblem(still, len(shared.variables), model, groups, chosen_loss, jnp.asarray(mean), jnp.asarray(std))
     channels = _channels(problem, members, labels)
     first = np.array([variable.start for variable in chosen.variables])
     places = starts_between(problem, np.asarray(chosen.scaled(first)), count(starts, "starts"))
     problem, minimum, freedom, ends = _weighted(problem, channels, places, tolerance, max_steps)
     if not minimum.computed:
-        _raise_start(problem, ready, labels, first)
+        raise_start(problem, chosen, ready, labels, channels, len(places))
     if not minimum.converged:
         raise SimulationError(
             f"The fit has not converged after {minimum.evaluations} evaluations. Start closer, narrow the bounds, or "
@@ -107,13 +122,14 @@ def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:
     return mean, std
 
 
-def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free, priors: int) -> None:
+def _check_count(ready: Sequence[Prepared], labels: Sequence[Labels], free: Free, priors: int, loss: Loss) -> None:
     values = sum(int(np.sum(~np.isinf(sigma))) for experiment in ready for sigma in experiment.sigma.values())
     noises = sum(len(label.estimated) for label in labels)
     n = len(free.variables)
-    if values + priors < n + noises:
+    if values + priors < n + max(noises, int(loss.is_robust)):
         said = f", {priors} priors" if priors else ""
         wanted = f"{n} parameters" + (f" and the noise of {noises} channels" if noises else "")
+        wanted += f" with their covariance, for the loss {loss.name}" if loss.is_robust else ""
         raise ParameterError(
             f"{values} measured values{said} cannot determine {wanted}. Free fewer parameters, give sigma, or measure "
             "more."
@@ -169,7 +185,7 @@ def _weighted(
     problem: FitProblem, channels: Sequence[Channel], starts: np.ndarray, tolerance: float, most: int
 ) -> tuple[FitProblem, Minimum, float, Multistart | None]:
     """The fit with estimated noise, the degrees of freedom of the noise, and the ends of several searches."""
-    held = np.zeros(starts.shape[1], bool)
+    held, loss = np.zeros(starts.shape[1], bool), problem.loss
     unknown = [channel for channel in channels if channel.is_estimated]
     sizes = np.array([float(np.nanmax(np.abs(channel.measured))) or 1.0 for channel in unknown])
     # The first weight of a channel is the standard deviation of its values.
@@ -181,8 +197,8 @@ def _weighted(
     minimum, freedom = least(problem, start, tolerance, most), np.inf
     for _ in range(ROUNDS if unknown else 0):
         left = np.array([channel.n_values for channel in unknown]) - _taken_up(minimum, unknown)
-        squares = np.array([np.sum(minimum.residuals[channel.rows] ** 2) for channel in unknown])
-        new = np.fmax(sigmas * np.sqrt(squares / left), LEAST_NOISE * sizes)
+        errors = [s * loss.weighted(minimum.residuals[c.rows]) for s, c in zip(sigmas, unknown, strict=True)]
+        new = loss.noises(errors, left, LEAST_NOISE * sizes)
         settled = not minimum.computed or np.all(np.abs(new - sigmas) <= SAME_NOISE * new)
         if settled:
             break
@@ -197,20 +213,3 @@ def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
     left, values, _ = np.linalg.svd(minimum.jacobian[:, ~minimum.at_bound], full_matrices=False)
     left = left[:, values > RANK * np.max(values, initial=0.0)]
     return np.array([np.sum(left[channel.rows] ** 2) for channel in channels])
-
-
-def _raise_start(problem: FitProblem, ready: Sequence[Prepared], labels: Sequence[Labels], x: np.ndarray) -> None:
-    """Raises the reason why the model cannot be run from its own values."""
-    for experiment, label in zip(ready, labels, strict=True):
-        model = experiment.applied(problem.shared_model(x), x)
-        for name, found in eqx.filter_jit(experiment.predicted)(model).items():
-            values = np.ravel(found)
-            if np.all(np.isfinite(values)):
-                continue
-            first = int(np.argmin(np.isfinite(values)))
-            when = "" if experiment.times is None else f" at {experiment.times[first]:g} s"
-            raise SimulationError(
-                f"{label.name}: from the start values of the fit, {name} is {values[first]}{when}. "
-                f"{experiment.failure(model)} The experiment takes the options of its runs, such as max_steps."
-            )
-    raise SimulationError("The derivatives at the start values of the fit are not finite.")

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from scipy.optimize import root_scalar
 from scipy.stats import t
 
-from ..._errors import ParameterError, SimulationError
+from ..._errors import ModelError, ParameterError, SimulationError
 from ..._extras import Axes
 from ..._units.display import Scale
 from .estimate import Estimate
@@ -49,6 +49,11 @@ def profile(fit: Estimate[Any], index: int, points: int, level: float) -> Profil
     """Profile from the estimate to either side until chi2 reaches the threshold."""
     if not 0.0 < level < 1.0:
         raise ParameterError(f"level must be between 0 and 1, got {level}.")
+    if fit.loss.is_robust:
+        raise ModelError(
+            f"There is no profile likelihood with the loss {fit.loss.name}, because the rise of its sum is not "
+            "distributed as chi2. Use the interval of the covariance, fit.low to fit.high."
+        )
     rise = float(t.ppf(0.5 + 0.5 * level, fit.noise_freedom)) ** 2
     sides = [_side(fit, index, direction, rise, points) for direction in (-1.0, 1.0)]
     values = np.concatenate([sides[0][0][::-1], [fit.estimates[index]], sides[1][0]])

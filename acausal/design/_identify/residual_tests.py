@@ -32,8 +32,11 @@ class ResidualTest(NamedTuple):
 
 
 def tests_of(fit: Estimate[Any]) -> tuple[ResidualTest, ...]:
-    """Tests of the size of all residuals, if the noise was given, and of normality and whiteness by channel."""
-    found = [] if any(channel.is_estimated for channel in fit.channels) else [_size(fit)]
+    """Tests of normality and whiteness by channel, and of the size of all residuals if squares with given noise are
+    fitted.
+    """
+    has_size = not fit.loss.is_robust and not any(channel.is_estimated for channel in fit.channels)
+    found = [_size(fit)] if has_size else []
     for channel in fit.channels:
         residuals = fit.residuals[channel.label]
         residuals = residuals[np.isfinite(residuals)]
