@@ -151,6 +151,7 @@ def warm() -> Press:
     return fill(press(), OIL)
 
 
+@pytest.mark.thorough
 def test_the_account_of_a_working_press_closes(warm: Press) -> None:
     """Everything the motor supplies is stored as heat or leaves through the wall: no part dissipates."""
     solution = simulate(warm, 6.0, energy=True, save="end")
