@@ -1,12 +1,13 @@
 """The flat model of a Modelica model."""
 
+import dataclasses
 import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import equations, functions, stored
+from . import equations, functions, outer_values, stored
 from .failures import failure, syntax_error
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
@@ -42,6 +43,8 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
+    if values := outer_values.followers(content):
+        hides, content = _accepted(dataclasses.replace(request, values=outer_values.modifiers(values)))
     return hides, equations.restored(functions.restored(content))
 
 

@@ -16,17 +16,24 @@ _CLASS = re.compile(r"^\s*(?:\w+\s+)*?(?:model|block|class|package)\s+(\w+)", re
 
 @dataclass(frozen=True)
 class Request:
-    """The text, the file that holds it, the name of the model, its modifiers, and the roots of libraries."""
+    """The text, the file that holds it, the name of the model, its modifiers, and the roots of libraries.
+
+    `values` are further modifiers, for parameters whose values the front end would get wrong.
+    """
 
     text: str
     file: Path | None
     model: str
     modifiers: str
     roots: tuple[Path, ...]
+    values: str = ""
 
     def whole(self, text: str) -> str:
         """A text with the model that is compiled. It is partial, so that the front end does not count equations."""
-        return f"{text}\npartial model {WRAPPER}\n extends {self.model}{self.modifiers};\nend {WRAPPER};\n"
+        if not self.values:
+            return f"{text}\n{_partial_model(WRAPPER, self.model + self.modifiers)}"
+        modified = _partial_model(f"{WRAPPER}Modified", self.model + self.modifiers)
+        return f"{text}\n{modified}{_partial_model(WRAPPER, f'{WRAPPER}Modified{self.values}')}"
 
 
 def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Request:
@@ -43,6 +50,10 @@ def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Re
     if _WITHIN.match(text):
         return Request("", None, name, modifiers, (*folders, _package(file)))
     return Request(text, file, name, modifiers, tuple(folders))
+
+
+def _partial_model(name: str, base: str) -> str:
+    return f"partial model {name}\n extends {base};\nend {name};\n"
 
 
 def _class_names(text: str) -> list[str]:
