@@ -11,6 +11,7 @@ from acausal import StructureError, simulate
 from acausal.modelica import ModelicaError, load
 from acausal.modelica._load import flat_of
 from acausal.modelica._scoreboard.compare import compared, signal
+from acausal.modelica._scoreboard.table import written
 from acausal.modelica._scoreboard.twins.heat_and_signals import twins
 from acausal.modelica._scoreboard.twins.run import deviations, differing
 
@@ -101,3 +102,24 @@ def test_the_gradient_of_an_element_of_a_signal_is_checked(tmp_path: Path) -> No
     row = compared("P.Rise", [tmp_path / "P.mo"], folder, gradient=True)
     assert (row.stage, row.gradient) == ("agrees", "right (d y[2] / d k)")
     assert set(row.deviations) == {"c", "y[1]", "y[2]"}
+
+
+@pytest.mark.parametrize(
+    "log", ["StartTime=1\nStopTime=3 // from model\n", "StartTime = 1.0    // set\nStopTime = 3.0\n"]
+)
+def test_a_model_without_a_reference_is_simulated_over_the_interval_of_its_log(tmp_path: Path, log: str) -> None:
+    """The assertion fails outside of the interval."""
+    (tmp_path / "P.mo").write_text(
+        "package P model Short Real x(start = 0, fixed = true); equation der(x) = 1; "
+        'assert(time >= 0.999 and time <= 3.001, "outside of the interval"); end Short; end P;'
+    )
+    folder = tmp_path / "P" / "Short"
+    folder.mkdir(parents=True)
+    (folder / "comparisonSignals.txt").write_text("x\n")
+    row = compared("P.Short", [tmp_path / "P.mo"], folder, gradient=False)
+    assert row.stage == "run"
+    assert "Short has no Short.csv, and no creation.txt with StartTime and StopTime" in row.reason
+    (folder / "creation.txt").write_text(f'[ResultCreationLog]\nmodelName="P.Short"\n{log}Interval=0.1\n')
+    row = compared("P.Short", [tmp_path / "P.mo"], folder, gradient=True)
+    assert (row.stage, row.reason, row.deviations, row.gradient) == ("no reference", "", {}, "")
+    assert "| **all** | 1 | 1 | 1 | 0 | 0 | 0 of 0 |" in written([row], "about", {})

@@ -20,7 +20,7 @@ from .._translate.build import component
 from .._translate.known import KnownValues
 from .._translate.model import ModelicaModel
 from .._translate.tree import attribute_path
-from .reference import TOLERANCE, Reference, deviation, read_reference
+from .reference import TOLERANCE, Reference, deviation, interval, read_reference
 
 Stage = Literal["front end", "translation", "run", "no reference", "differs", "agrees"]
 RTOL = 1e-6
@@ -53,7 +53,7 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
         made = component(flat)
         row.stage = "run"
         reference = read_reference(folder)
-        times = _times(reference)
+        times = _times(reference, folder)
         solution = simulate(made, times[-1], t0=times[0], rtol=RTOL, save=times)
         jax.block_until_ready(solution.ts)
         row.stage = "no reference" if reference is None else "differs"
@@ -69,9 +69,10 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
     return row
 
 
-def _times(reference: Reference | None) -> np.ndarray:
+def _times(reference: Reference | None, folder: Path) -> np.ndarray:
+    """Times of the reference, or if there is none, of the interval of the reference run."""
     if reference is None:
-        return np.linspace(0.0, 1.0, 101)
+        return np.linspace(*interval(folder), 101)
     times = np.unique(reference.times)
     places = np.linspace(0, len(times) - 1, min(len(times), MOST_TIMES)).astype(int)
     return times[np.unique(places)]

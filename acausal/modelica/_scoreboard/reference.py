@@ -2,9 +2,12 @@
 
 import csv
 import dataclasses
+import re
 from pathlib import Path
 
 import numpy as np
+
+from .._errors import ModelicaError
 
 TOLERANCE = 1e-3  # width of the tube around a reference, relative to its range, and in time relative to the run
 
@@ -39,6 +42,17 @@ def read_reference(folder: Path) -> Reference | None:
     wanted = [name.strip() for name in (folder / "comparisonSignals.txt").read_text().splitlines()]
     columns = {name: table[:, i] for i, name in enumerate(names)}
     return Reference(columns["time"], {n: columns[n] for n in wanted if n != "time" and n in columns})
+
+
+def interval(folder: Path) -> tuple[float, float]:
+    """Start and stop time of a model, from the log of its reference run. Raises `ModelicaError` if it lacks them."""
+    file = folder / "creation.txt"
+    text = file.read_text(errors="replace") if file.exists() else ""
+    found = [re.search(rf"^\s*{name}\s*=\s*([-+.\w]+)", text, re.M) for name in ("StartTime", "StopTime")]
+    if None in found:
+        raise ModelicaError(f"{folder.name} has no {folder.name}.csv, and no creation.txt with StartTime and StopTime.")
+    start, stop = (float(one[1]) for one in found if one)
+    return start, stop
 
 
 def deviation(reference_times: np.ndarray, reference: np.ndarray, times: np.ndarray, values: np.ndarray) -> float:

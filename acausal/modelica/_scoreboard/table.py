@@ -14,9 +14,13 @@ FAILURES = ("front end", "translation", "run")
 
 
 def library_of(model: str) -> str:
-    """The sub-library of a model: `Electrical.Analog` for `Modelica.Electrical.Analog.Examples.Rectifier`."""
-    parts = [part for part in model.split(".")[1:-1] if part != "Examples"]
-    return ".".join(parts[:2]) if parts and parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
+    """The sub-library of a model: `Electrical.Analog` for `Modelica.Electrical.Analog.Examples.Rectifier`.
+
+    The library itself for a model that lies in none.
+    """
+    library, *inner = model.split(".")[:-1]
+    parts = [part for part in inner if part != "Examples"] or [library]
+    return ".".join(parts[:2]) if parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
 
 
 def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[str, float]]) -> str:
