@@ -13,7 +13,7 @@ from typing import Any, Literal, TypeAlias
 from . import algorithms, connections, restored_algorithms
 from .scan import COMMENT, class_kinds, masked, statement_end
 
-Hidden: TypeAlias = Literal["", "algorithms", "equations"]  # each hides what the one before it hides
+Hidden: TypeAlias = Literal["", "algorithms", "equations", "connections"]  # each hides what the one before it hides
 NEVER = "acausalNever"
 _START = re.compile(r"(?<![\w.])(?:initial\s+)?equation(?!\w)")
 _BLOCK = re.compile(r"(for|if|elseif|when|elsewhen)\b")
@@ -39,23 +39,25 @@ _EQUALS = re.compile(r"(?<![<>=:])=(?!=)")
 
 def hidden(text: str, place: str, what: Hidden = "equations") -> str:
     """A text with its algorithms hidden, and its connections in order. If `what` says so, its equations are hidden too,
-    except those in when-equations, and its complex bindings.
+    except those in when-equations, and its complex bindings; then its connections of signals.
 
     `place` names the text: the constants of different texts have different names.
     """
     if not what:
         return text
-    if what == "equations" and re.search(r"\bComplex", masked(text)):
+    hides_equations = what != "algorithms"
+    if hides_equations and re.search(r"\bComplex", masked(text)):
         text = _without_bindings(text)
         text = _PARAMETER.sub(lambda found: _parameter(found, place), text)
-    text = connections.in_order(algorithms.hidden(text))
+    text = algorithms.hidden(text)
+    text = connections.as_equations(text) if what == "connections" else connections.in_order(text)
     plain = masked(text)
     pieces, at = [], 0
     for start in _START.finditer(plain):
         if start.start() >= at:
             name = _never(place, start.start())
             pieces.append(f"{text[at : start.start()]}protected constant Boolean {name} = false; {start[0]}")
-            section, at = _section(text, plain, start.end(), name, what)
+            section, at = _section(text, plain, start.end(), name, hides_equations)
             pieces += section
     return "".join([*pieces, text[at:]])
 
@@ -85,7 +87,7 @@ def _parameter(found: re.Match[str], place: str) -> str:
     return f"{found['space']}constant Boolean {name} = false; {found['head']}{value}{found['rest']}"
 
 
-def _section(text: str, plain: str, at: int, never: str, what: Hidden) -> tuple[list[str], int]:
+def _section(text: str, plain: str, at: int, never: str, hides_equations: bool) -> tuple[list[str], int]:
     """The pieces of an equation section that begins at `at`, and its end."""
     pieces, whens = [], 0
     while True:
@@ -104,7 +106,7 @@ def _section(text: str, plain: str, at: int, never: str, what: Hidden) -> tuple[
             return pieces, at
         else:
             end = statement_end(plain, at)
-            hides = not whens and (what == "equations" or text.startswith(algorithms.MARKED, at))
+            hides = not whens and (hides_equations or text.startswith(algorithms.MARKED, at))
             pieces.append(_equation(text[at:end], plain[at:end], never) if hides else text[at:end])
         at = end
 
@@ -154,7 +156,7 @@ def _top_level(plain: str, pattern: re.Pattern[str]) -> int | None:
 
 def restored(content: dict[str, Any]) -> dict[str, Any]:
     """The flat model with the equations put back, and without the constants that hid them."""
-    found = restored_algorithms.restored(_restored(content))
+    found = connections.restored(restored_algorithms.restored(_restored(content)))
     for part in ("variables", "variable_type_names", "variable_final_flags"):
         found[part] = {name: value for name, value in found[part].items() if not _is_never(name)}
     return found

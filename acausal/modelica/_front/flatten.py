@@ -36,7 +36,7 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     """What was hidden, and the flat model with it.
 
     As little as possible is hidden from the front end: its last pass does not check the types of what is hidden, and
-    needs some of it. Only if it refuses the model, algorithms are hidden, and then equations.
+    needs some of it. Only if it refuses the model, algorithms are hidden, then equations, then connections of signals.
     """
     if error := syntax_error(request):
         raise error
