@@ -25,6 +25,7 @@ from .reference import TOLERANCE, Reference, deviation, interval, read_reference
 Stage = Literal["front end", "translation", "run", "no reference", "differs", "agrees"]
 RTOL = 1e-6
 MOST_TIMES = 1500
+MOST_STEPS = 1_000_000  # more than the time limit of a model allows
 STEP = 1e-4  # of a difference, relative to the parameter
 MATTERS = 1e-5  # least effect of a parameter, relative to the largest value of the signal
 GRADIENT_TOLERANCE = 1e-3  # between a derivative and the difference
@@ -54,7 +55,7 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
         row.stage = "run"
         reference = read_reference(folder)
         times = _times(reference, folder)
-        solution = simulate(made, times[-1], t0=times[0], rtol=RTOL, save=times)
+        solution = simulate(made, times[-1], t0=times[0], rtol=RTOL, save=times, max_steps=MOST_STEPS)
         jax.block_until_ready(solution.ts)
         row.stage = "no reference" if reference is None else "differs"
         if reference is not None:
