@@ -62,8 +62,15 @@ MESH = """package Mesh
     And first, second, third;
     In control[2];
     In off if false;
-    Real x(start = 0, fixed = true), z(start = 0, fixed = true);
+    Boolean late;
+    Real x(start = 0, fixed = true), w(start = 0, fixed = true), z(start = 0, fixed = true);
   equation
+    if a.y then
+      late = time >= 0.7;
+    else
+      late = false;
+    end if;
+    der(w) = if late then 1 else 0;
     der(x) = if third.y then 1 else 0;
     der(z) = if control[1] and not control[2] then 1 else 0;
     connect(a.y, first.u[1]); connect(b[1].y, first.u[2]);
@@ -108,10 +115,13 @@ def test_signals_reach_arrays_in_any_order_of_the_connections() -> None:
 
 
 def test_signals_reach_arrays_in_any_order_through_arrays() -> None:
-    """No order of these connections passes through the arrays in one order. A connection of disabled parts is none."""
+    """No order of these connections passes through the arrays in one order. A connection of disabled parts is none, and
+    an if-equation of a Boolean is one of numbers.
+    """
     sol: Any = simulate(load(MESH, "Mesh.Gates"), 1.0)
     assert np.isclose(sol["x"][-1], 0.4, atol=1e-6)
     assert np.isclose(sol["z"][-1], 0.2, atol=1e-6)
+    assert np.isclose(sol["w"][-1], 0.3, atol=1e-6)
 
 
 def test_a_pin_with_the_name_of_a_signal_is_refused_beside_such_connections() -> None:

@@ -30,7 +30,7 @@ class Residual:
         if isinstance(self.term, e.Binary) and self.term.op == "Sub":
             left, right = as_numbers(self.term.left), as_numbers(self.term.right)
             return _differences(evaluate(left, at), evaluate(right, at))
-        return _differences(evaluate(self.term, at), None)
+        return _differences(evaluate(_branches_as_numbers(self.term), at), None)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,6 +61,17 @@ def as_numbers(x: Any) -> Any:
         case RecordOf():
             return RecordOf(tuple((name, as_numbers(item)) for name, item in x.fields))
     return x
+
+
+def _branches_as_numbers(term: Any) -> Any:
+    """The term of an if-equation, with the equations in its branches as differences of numbers."""
+    match term:
+        case e.If():
+            branches = tuple((condition, _branches_as_numbers(branch)) for condition, branch in term.branches)
+            return dataclasses.replace(term, branches=branches, otherwise=_branches_as_numbers(term.otherwise))
+        case e.Binary(op="Sub"):
+            return dataclasses.replace(term, left=as_numbers(term.left), right=as_numbers(term.right))
+    return term
 
 
 def _differences(left: Value, right: Value) -> list[Value]:
