@@ -20,7 +20,7 @@ def followers(content: dict[str, Any]) -> dict[str, str]:
     Raises `ModelicaError` for one that no modifier can give, or whose value is an expression.
     """
     variables, finals, found = content["variables"], content["variable_final_flags"], {}
-    selections = [choice for choice in content["parameter_branch_selections"] if choice["kind"] != _SIZES]
+    selections = [choice for choice in content.get("parameter_branch_selections", ()) if choice["kind"] != _SIZES]
     for full, *shorter in (names for choice in selections for names in choice["references"]):
         name = next((name for name in (full, *shorter) if name in variables), None)
         if name is None:
