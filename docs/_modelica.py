@@ -16,7 +16,7 @@ _SAME = {
     "blocks": {
         "Continuous": "Derivative FirstOrder Integrator LimPID PI PID SecondOrder StateSpace TransferFunction",
         "Math": "Division Gain Product",
-        "Nonlinear": "DeadZone Limiter PadeDelay SlewRateLimiter",
+        "Nonlinear": "DeadZone FixedDelay Limiter PadeDelay SlewRateLimiter",
         "Sources": "Constant ExpSine Exponentials Pulse Ramp SawTooth Sine Step Trapezoid",
         "Logical": "And Hysteresis Not Or Switch Timer Xor",
         "Noise": "NormalNoise UniformNoise",

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from .._declare.component import Component
-from .._errors import listed
+from .._errors import ModelError, listed
 from .._evaluate.building import system_of
 from .._evaluate.sampled import samplers
 from .._evaluate.system import System
@@ -70,11 +70,12 @@ def linearise(
 
     Sampled variables are held constant: a `SampledWarning` names them.
 
-    Raises `ModelError` for an unknown name, for an operating point of another model, and for an
+    Raises `ModelError` for an unknown name, for an exact delay, for an operating point of another model, and for an
     input whose rate of change the model needs; `ParameterError` for parameters outside their range; and
     `SimulationError` for start values that contradict each other, or that a component refuses.
     """
     system = system_of(model) if system is None else kind_of(system, "system", System, "choose_states(model)")
+    _refuse_histories(system)
     warn_of_samples(system)
     if open:
         return _linearised_open(model, at, t, inputs, outputs, names_of(open, "open"))
@@ -173,6 +174,16 @@ def _sparse_matrices(extended: Callable[[Array], Array], z: Array, pattern: Patt
     slopes = jax.jacfwd(lambda u: extended(jnp.concatenate([z[:n], u])))(z[n:])
     C = jax.jacrev(lambda y: extended(jnp.concatenate([y, z[n:]]))[n:])(z[:n])
     return value[:n], A, slopes[:n], C, slopes[n:]
+
+
+def _refuse_histories(system: System) -> None:
+    """Raise `ModelError` for delays: their linear systems have infinitely many states."""
+    entries = system.events.remembered if system.events else []
+    names = [entry.label(i) for entry in entries for i in range(entry.count)]
+    if names:
+        raise ModelError(
+            f"A linear system of finitely many states has no exact delay: {listed(names)}. Remedy: a PadeDelay."
+        )
 
 
 class SampledWarning(UserWarning):

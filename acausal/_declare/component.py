@@ -8,6 +8,7 @@ import equinox as eqx
 from .._numbers import Numbers, Truth
 from .annotations import Scalar
 from .class_help import class_html
+from .history import Remember
 from .node import Node, Port
 from .past import Past
 from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
@@ -68,7 +69,7 @@ class Started(NamedTuple):
     changes: dict[str, Numbers]
 
 
-Event: TypeAlias = When | At | Refuse | Follow | Started
+Event: TypeAlias = When | At | Refuse | Follow | Started | Remember
 Events: TypeAlias = dict[str, Event]
 
 

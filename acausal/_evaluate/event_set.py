@@ -18,12 +18,14 @@ from .._reduce.flat_model import indexed
 from .._reduce.jaxpr_instants import Instants
 from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
-EventKind = Literal["when", "at", "refuse", "hold", "follow", "started"]
+EventKind = Literal["when", "at", "refuse", "hold", "follow", "started", "remember"]
 
 
 @dataclasses.dataclass(frozen=True)
 class EventEntry:
-    """One event of a component, or of all members of an array of them; `targets` are the leaves that it changes."""
+    """One event of a component, or of all members of an array of them; `targets` are the leaves that it changes, and
+    `history` is the leaf that holds the history of a `remember`.
+    """
 
     path: str
     name: str
@@ -32,6 +34,7 @@ class EventEntry:
     targets: tuple[int, ...]
     reason: str = ""  # of a `refuse`
     repeats: bool = False  # whether it is periodic
+    history: int | None = None
 
     @property
     def count(self) -> int:
@@ -94,6 +97,7 @@ class EventSet:
     - `logic`: the condition of each event as an expression of relations; None for events without a condition.
     - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
+    - `signals` and `delays`: the recorded signal and the delay of each `remember`.
     - `instants`: the instants at which conditions on time alone change, from the leaves `read_by_instants`.
     """
 
@@ -103,6 +107,8 @@ class EventSet:
     logic: tuple[Expression | None, ...]
     times: Function
     actions: Function
+    signals: Function
+    delays: Function
     instants: Instants | None
     read_by_instants: tuple[int, ...]
 
@@ -132,7 +138,7 @@ class EventSet:
     @ft.cached_property
     def schedules(self) -> list[Schedule]:
         """The scheduled entries: single ones, then periodic ones."""
-        pairs = [(n, entry) for n, entry in self.numbered if entry.kind == "at"]
+        pairs = [(n, entry) for n, entry in self.numbered if entry.kind in ("at", "remember")]
         found = []
         for repeats in (False, True):
             own = [(i, n, entry.count) for i, (n, entry) in enumerate(pairs) if entry.repeats == repeats]
@@ -166,11 +172,16 @@ class EventSet:
         return found
 
     @property
+    def remembered(self) -> list[EventEntry]:
+        """The entries that keep histories."""
+        return [entry for entry in self.entries if entry.kind == "remember"]
+
+    @property
     def n_relations(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.indicators.closed.out_avals)
 
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
-        functions = (self.indicators, self.sizes, self.times, self.actions)
+        functions = (self.indicators, self.sizes, self.times, self.actions, self.signals, self.delays)
         return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))

@@ -1,5 +1,6 @@
 """The events that components state in their methods `events`."""
 
+import itertools
 from collections.abc import Collection, Iterator, Sequence
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from .._declare.array import Array
 from .._declare.component import At, Component, Event, Follow, Refuse, Started, When
+from .._declare.history import ROW, Remember, breaks
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
@@ -28,7 +30,15 @@ from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function
 
 NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that determine it."
-_KINDS: dict[type, EventKind] = {When: "when", At: "at", Refuse: "refuse", Follow: "follow", Started: "started"}
+NO_DELAY = "the delay of a recorded signal must be positive. Remedy: correct the parameters that determine it."
+_KINDS: dict[type, EventKind] = {
+    When: "when",
+    At: "at",
+    Refuse: "refuse",
+    Follow: "follow",
+    Started: "started",
+    Remember: "remember",
+}
 
 
 def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
@@ -43,7 +53,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         return None
     entries: list[EventEntry] = []
 
-    def stated(*leaves: jax.Array) -> tuple[list[jax.Array], list[jax.Array], list[jax.Array]]:
+    def stated(*leaves: jax.Array) -> tuple[list[jax.Array], ...]:
         found = list(_events(flat.structure.unflatten(leaves[: flat.structure.num_leaves]), "", 0))
         found += list(_refused_intervals(flat, leaves, found))
         entries[:] = [_entry(flat, *item) for item in found]
@@ -52,10 +62,14 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         events = [event for _, _, _, event in found]
         conditions = [jnp.asarray(event.condition) for event in events if isinstance(event, When | Refuse)]
         conditions += [condition for _, condition in held]
-        times = [item for event in events if isinstance(event, At) for item in _times(event)]
+        pairs = list(zip(entries, events, strict=False))
+        times = [item for entry, event in pairs for item in _times(event, entry, leaves)]
         values = [jnp.asarray(value, float) for event in events for value in _changes(event).values()]
         values += [jnp.where(leaves[entry.targets[0]] > 0.5, 0.0, 1.0) for entry, _ in held]  # the opposite truth
-        return conditions, times, values
+        records = [event for event in events if isinstance(event, Remember)]
+        signals = [jnp.asarray(value, float) for event in records for value in event.signals.values()]
+        delays = [jnp.asarray(event.delay, float) for event in records]
+        return conditions, times, values, signals, delays
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
     closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
@@ -64,9 +78,9 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     check_derivatives(closed, "A method `events`")
     if not entries:
         return None
-    n, m = len(structure[0]), len(structure[0]) + len(structure[1])
+    ends = np.cumsum([len(part) for part in structure]).tolist()
+    n, m = ends[:2]
     _check_equalities(flat, closed, [entry for entry in entries if entry.has_condition])
-    end = len(closed.jaxpr.outvars)
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
     # Without the changes, whose relations do not trigger events.
@@ -79,13 +93,16 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     both = jax.make_jaxpr(real)(*structs(shapes))
     half = len(both.out_avals) // 2
     found, read = _instants(flat, truths, time_leaves)
+    actions, signals, delays = (_function(closed, first, end) for first, end in itertools.pairwise(ends[1:]))
     return EventSet(
         tuple(entries),
         _function(both, 0, half),
         _function(both, half, 2 * half),
         _in_order(entries, logic),
         _function(closed, n, m),
-        _function(closed, m, end),
+        actions,
+        signals,
+        delays,
         found,
         read,
     )
@@ -132,11 +149,18 @@ def _in_order(entries: Sequence[EventEntry], logic: Sequence[np.ndarray]) -> tup
 
 
 def _changes(event: Event) -> dict[str, Numbers]:
-    return {} if isinstance(event, Refuse) else event.changes
+    return {} if isinstance(event, Refuse | Remember) else event.changes
 
 
-def _times(event: At) -> tuple[jax.Array, jax.Array]:
-    return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
+def _times(event: Event, entry: EventEntry, leaves: Sequence[jax.Array]) -> tuple[jax.Array, ...]:
+    """The times of a scheduled event and their period; nothing for other events."""
+    match event:
+        case At():
+            return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
+        case Remember():
+            assert entry.history is not None
+            return breaks(leaves[entry.history]) + jnp.asarray(event.delay)[..., None], jnp.asarray(jnp.inf)
+    return ()
 
 
 def _truths(closed: ClosedJaxpr, leaves: Sequence[jax.Array], n: int) -> list[jax.Array]:
@@ -211,14 +235,20 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
 def _refused_intervals(
     flat: FlatModel, leaves: Sequence[jax.Array], events: Sequence[tuple[str, str, int, Event]]
 ) -> Iterator[tuple[str, str, int, Refuse]]:
-    """Refusals of intervals that are not positive, except parameters that are declared `positive`."""
+    """Refusals of intervals and delays that are not positive, except parameters that are declared `positive`."""
     signs = [leaf.declaration.sign for leaf in flat.leaves]
     declared = {id(value) for value, sign in zip(leaves, signs, strict=True) if sign and sign.name == "positive"}
     for path, name, depth, event in events:
-        if isinstance(event, At) and is_traced(event.every) and id(event.every) not in declared:
-            stack = jnp.shape(jnp.asarray(event.time))[:depth]
-            is_bad = jnp.broadcast_to(~(jnp.asarray(event.every, float) > 0.0), stack)
-            yield path, f"{name}.every", depth, Refuse(is_bad, NOT_POSITIVE)
+        match event:
+            case At():
+                label, interval, reason = f"{name}.every", event.every, NOT_POSITIVE
+            case Remember():
+                label, interval, reason = f"{name}.delay", event.delay, NO_DELAY
+            case _:
+                continue
+        if is_traced(interval) and id(interval) not in declared:
+            is_bad = jnp.broadcast_to(~(jnp.asarray(interval, float) > 0.0), _stack(event, label, depth))
+            yield path, label, depth, Refuse(is_bad, reason)
 
 
 def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
@@ -242,9 +272,30 @@ def _stack(event: Event, where: str, depth: int) -> tuple[int, ...]:
             return _checked_times(event, where)[:depth]
         case When() | Refuse():
             return _checked_condition(event, where, depth)
+    if isinstance(event, Remember):
+        return np.shape(_signal(event, where)[1])[:depth]
     if not event.changes:
         raise ModelError(f"{where} changes nothing. State the variables that it changes, by name.")
     return np.shape(next(iter(event.changes.values())))[:depth]
+
+
+def _signal(event: Remember, where: str) -> tuple[str, Numbers]:
+    """The name of the history of a `remember`, and the signal."""
+    if len(event.signals) != 1:
+        raise ModelError(f"{where} records {len(event.signals)} signals. State one remember(...) for each signal.")
+    ((name, value),) = event.signals.items()
+    return name, value
+
+
+def _history(flat: FlatModel, event: Remember, full: str, places: dict[str, int], where: str) -> int:
+    """The leaf of the history of a `remember`."""
+    leaf = flat.leaves[places[full]] if full in places else None
+    if leaf is None or leaf.declaration.role != "discrete" or len(leaf.sizes) != 2 or leaf.sizes[1] != ROW:
+        raise ModelError(
+            f"{where} records into {full}, which is not a history. Declare it as "
+            'Discrete[Vector, "", shape("n", ROW)] = -jnp.inf, with the number n of rows.'
+        )
+    return places[full]
 
 
 def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str, int, Event]]:
@@ -266,7 +317,10 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
     stack = _stack(event, where, depth)
     # The path of an array ends in brackets if its elements are variables of their own.
     places = {leaf.path.rstrip("[]"): index for index, leaf in enumerate(flat.leaves)}
-    targets = []
+    targets, history = [], None
+    if isinstance(event, Remember):
+        name_of_history = _signal(event, where)[0]
+        history = _history(flat, event, f"{path}.{name_of_history}" if path else name_of_history, places, where)
     for target in _changes(event):
         full = f"{path}.{target}" if path else target
         if full not in places:
@@ -281,4 +335,4 @@ def _entry(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> E
         targets.append(places[full])
     reason = event.reason if isinstance(event, Refuse) else ""
     repeats = isinstance(event, At) and event.every is not None
-    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason, repeats)
+    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason, repeats, history)

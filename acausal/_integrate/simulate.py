@@ -1,7 +1,7 @@
 """`simulate`: computes the solution of a model, and can be traced with respect to every number of the model."""
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, TypeVar
 
 import diffrax
@@ -129,6 +129,8 @@ def simulate(
     start_time = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")
+    if not resume:
+        leaves = _without_histories(system, leaves)
     if not resume and needs_search(system, leaves):
         with compiling("the start", model, search_start, progress):
             leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw and not is_trial())
@@ -190,6 +192,15 @@ def _as_number(value: Any) -> Any:
     if isinstance(value, str) or np.iscomplexobj(value):
         raise ParameterError(f"A number of the model was changed to {value!r}, which is not a real number.")
     return float(value) if isinstance(value, int) else jnp.asarray(value, float)
+
+
+def _without_histories(system: System, leaves: Sequence[Any]) -> list[Any]:
+    """The leaves without the signals that another run has recorded."""
+    found = list(leaves)
+    for entry in system.events.remembered if system.events else ():
+        if entry.history is not None and found[entry.history] is not None:
+            found[entry.history] = jnp.full_like(jnp.asarray(found[entry.history], float), -jnp.inf)
+    return found
 
 
 def _traced(

@@ -63,11 +63,15 @@ def c_model(
 
 def _check_events(system: System) -> None:
     events = system.events
-    names = [entry.label(0) for entry in events.entries if entry.kind in ("follow", "started")] if events else []
+    names = (
+        [entry.label(0) for entry in events.entries if entry.kind in ("follow", "started", "remember")]
+        if events
+        else []
+    )
     if names:
         raise ModelError(
-            f"The events {listed(names)} have no C form: C code has neither `follow` nor `started`. Remedy: state "
-            "these changes with when(...) or at(...)."
+            f"The events {listed(names)} have no C form: C code has neither `follow`, `started` nor `remember`. "
+            "Remedy: state these changes with when(...) or at(...), and delays with PadeDelay or SampledDelay."
         )
 
 

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from ._controllers import LimitedController as LimitedController
     from ._controllers import LimPI as LimPI
     from ._controllers import LimPID as LimPID
+    from ._delays import FixedDelay as FixedDelay
     from ._delays import PadeDelay as PadeDelay
     from ._delays import TransportDelay as TransportDelay
     from ._filters import LeadLag as LeadLag

@@ -1,11 +1,30 @@
-"""Delays of continuous signals, by a polynomial approximation of their history."""
+"""Delays of continuous signals: exact ones, which keep the history, and polynomial approximations of the history."""
 
 from typing import Any, Self
 
+import jax.numpy as jnp
 import numpy as np
 from numpy.typing import NDArray
 
-from acausal import Equations, Events, Param, Requirements, Scalar, Var, Vector, eq, positive, prefer, refuse, require
+from acausal import (
+    ROW,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Time,
+    Var,
+    Vector,
+    eq,
+    positive,
+    prefer,
+    recall,
+    refuse,
+    remember,
+    require,
+)
 from acausal import shape as of_shape
 
 from ._interfaces import SISO, Input
@@ -20,6 +39,47 @@ def _line(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     i, j = np.ogrid[:n, :n]
     A = (2.0 * i + 1.0) * np.where(i < j, -1.0, (-1.0) ** (i - j + 1))
     return A, (2.0 * np.arange(n) + 1.0) * (-1.0) ** np.arange(n)
+
+
+class Recorded(SISO, partial=True):
+    """A block that keeps the history of u, as n rows, one for each step of the run."""
+
+    n: int = 64  # number of steps that the history holds
+    steady: bool = True  # u was constant before the start; otherwise it was the start value of `before`
+    t: Time[Scalar, "s"] = 0.0
+    since: Var[Scalar, "s"] = 0.0  # time whose u leaves the block
+    before: Var[Scalar, "", prefer] = 0.0  # u before the start of the run
+    past: Discrete[Vector, "", of_shape("n", ROW)] = -jnp.inf
+
+    def requirements(self) -> Requirements:
+        return (require(self.n >= 2, "n must be 2 or more"),)
+
+    def initial_equations(self, d: Any) -> Equations:
+        return dict(steady=eq(self.before, self.u.value)) if self.steady else {}
+
+    def equations(self, d: Any) -> Equations:
+        return dict(output=eq(self.y.value, recall(self.past, self.since, self.before)), constant=eq(d.before, 0.0))
+
+
+class FixedDelay(Recorded):
+    """y = u(t - T), exact (MSL `FixedDelay`).
+
+    Before the start of a run, u was constant: y is u at the start until T has passed; with `steady=False`, y is
+    the start value of `before`. A jump of u is an event, and again one after T. The error of the history counts in
+    the error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is
+    short compared with the time span of the run is slow. A run fails if it takes more than n steps in T.
+    `resume=True` continues a run with its history. A model with this block cannot be linearised, exported as C code
+    or run backwards; `PadeDelay` can. Differential equations with a delay are integrated by the method of steps
+    (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
+    """
+
+    T: Param[Scalar, "s", positive]  # delay
+
+    def equations(self, d: Any) -> Equations:
+        return super().equations(d) | dict(delay=eq(self.since, self.t - self.T))
+
+    def events(self) -> Events:
+        return dict(history=remember(self.T, past=self.u.value))
 
 
 class DelayLine(SISO, partial=True):

@@ -94,6 +94,7 @@ _SYMBOLS = {
     "TwoPointController": _box(ERROR, curve="M8 30h18v-20M14 30v-20h18"),
     "LeadLag": _fraction("1 + T1 s", "1 + T2 s"),
     "Notch": _box(ONE, curve="M7 7v26h26M7 12h9q3 0 4 18q1-18 4-18h9"),
+    "FixedDelay": _box(ONE, "T"),
     "PadeDelay": _box(ONE, "e⁻ˢᵀ"),
     "TransportDelay": Symbol(
         40, 40, {**ONE, "rate": (20, 40)}, rect(0, 0, 40, 40) + "M8 14h24M8 26h24M12 20h14", solid=head(30, 20, 1, 0)

@@ -11,8 +11,10 @@ from _models import gear_train, rc
 from _switching_models import Relay, Undoing, forced_gear
 
 from acausal import (
+    ROW,
     Component,
     Connections,
+    Discrete,
     Equations,
     Events,
     Param,
@@ -22,10 +24,13 @@ from acausal import (
     SimulationError,
     Solution,
     Var,
+    Vector,
     connect,
     eq,
     ifelse,
     refuse,
+    remember,
+    shape,
     simulate,
 )
 from components.rotational import IdealGear, Inertia
@@ -49,6 +54,19 @@ class Root(Component):
 
     def equations(self, d: Self) -> Equations:
         return dict(fall=eq(d.x, -1.0), root=eq(self.root, jnp.sqrt(self.x)))
+
+
+class Forgetful(Component):
+    """x = exp(t), of which only the last two steps are remembered."""
+
+    x: Var[Scalar, ""] = 1.0
+    past: Discrete[Vector, "", shape(3, ROW)] = -jnp.inf
+
+    def equations(self, d: Self) -> Equations:
+        return dict(growth=eq(d.x, self.x))
+
+    def events(self) -> Events:
+        return dict(kept=remember(0.9, past=self.x))
 
 
 class Rootless(Component):
@@ -194,6 +212,12 @@ RUNS: dict[str, Run] = {
         lambda **k: simulate(Holder(part=OneWay()), 1.0, save="end", **k),
         SimulationError,
         r"At t = 0\.5 s: .*part.*it would run backwards",
+    ),
+    "history_full": Run(
+        Result.history_full,
+        lambda **k: simulate(Holder(part=Forgetful()), 1.0, save="end", rtol=1e-9, **k),
+        SimulationError,
+        r"At t = \S+ s: part\.kept: The history of a delayed signal does not reach back.*Increase the number n",
     ),
     "undetermined": Run(
         Result.undetermined,

@@ -238,6 +238,7 @@ EXAMPLES: tuple[Component, ...] = (
     blocks.Notch(w=1.3, D=0.4, depth=0.2),
     blocks.OnDelay(T=0.4),
     blocks.Or(),
+    blocks.FixedDelay(T=0.9),
     blocks.PadeDelay(T=0.9, n=3),
     blocks.SampledDelay(period=0.9, n=2),
     blocks.SampledP(period=0.9, k=1.3),

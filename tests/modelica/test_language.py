@@ -257,7 +257,7 @@ def test_a_violated_assertion_ends_a_run() -> None:
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("y = delay(x, 0.1);", "delay"),
+        ("y = delay(x, x, 2.0);", "delay"),
         ("y = spatialDistribution(x, 0, 0.1, true);", "spatialDistribution"),
     ],
 )

@@ -86,7 +86,7 @@ def test_modifiers_set_what_is_fixed_and_reports_speak_of_lines(pack: Any) -> No
 
 def test_an_element_that_is_not_supported_is_refused_with_its_line() -> None:
     lines = ["model Late", "  Real x(start = 1, fixed = true);", "  Real y;", "equation", "  der(x) = -x;"]
-    text = "\n".join([*lines, "  y = delay(x, 0.1);", "end Late;"])
+    text = "\n".join([*lines, "  y = delay(x, x, 2.0);", "end Late;"])
     with pytest.raises(ModelicaError, match=r"mo:6, Late: the function delay is not supported"):
         load(text, "Late")
 

@@ -73,7 +73,12 @@ class EventNumbers:
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
         """Time events: their times are known in advance."""
-        return self._of_kinds("at", "instant", "started")
+        return self._of_kinds("at", "remember", "instant", "started")
+
+    @ft.cached_property
+    def remembers(self) -> np.ndarray:
+        """Jumps and kinks of recorded signals that return after a delay."""
+        return self._of_kinds("remember")
 
     @ft.cached_property
     def nonlinear(self) -> np.ndarray:

@@ -14,7 +14,7 @@ from .rounds import Iteration, Round, most_rounds, repeated
 from .run_events import RunEvents
 
 # Reasons why a run ends at an instant
-STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED = 1.0, 2.0, 3.0, 4.0, 5.0
+STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED, FULL = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
 
 
 class Settled(NamedTuple):

@@ -147,7 +147,7 @@ class RunEvents(EventNumbers):
         events = self.system.events
         if events is None:
             return jnp.zeros(self.n_indicators), jnp.zeros(self.n_indicators)
-        sizes = [self._typical(leaf, args) for leaf in events.sizes.leaves]
+        sizes = [self.typical(leaf, args) for leaf in events.sizes.leaves]
         found = [jnp.ravel(size) for size in events.sizes(sizes)]
         own = jnp.concatenate([jnp.zeros(0), *found])
         size = jnp.where(jnp.isfinite(own) & ~self.of_time, own, 0.0)
@@ -156,7 +156,7 @@ class RunEvents(EventNumbers):
         least = RESOLUTION * jnp.finfo(size.dtype).eps
         return least * size, jnp.where(self.of_laws, jnp.maximum(rtol, least), least) * size
 
-    def _typical(self, leaf: int, args: RunArgs) -> Numbers:
+    def typical(self, leaf: int, args: RunArgs) -> Numbers:
         """A typical value: that of a parameter; a different random number near the nominal size for each variable; zero
         for a discrete variable, whose initial value may be far off until it is set.
         """

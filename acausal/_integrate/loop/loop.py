@@ -1,5 +1,6 @@
 """The loop over the steps of a run, with the events at the end of each."""
 
+import dataclasses
 from collections.abc import Callable
 from typing import Any
 
@@ -36,7 +37,7 @@ class StepLoop(Steps):
         step_args, core = self.args.carrying(y[self.layout.carried]), self.layout.core(y)
         dt0 = self.args.numbers.dt0
         control = self.sizes.init(self.terms, self.t0, self.t1, core, dt0, step_args, self.solver)
-        first_end = self.planned(self.t0, control.wish, *self.limit(start.due))
+        first_end = self.planned(self.t0, self.allowed(control.wish, y), *self.limit(start.due))
         inner = None
         if not self.settings.is_corrected:
             inner = self.solver.init(self.terms, self.t0, first_end, core, step_args)
@@ -97,7 +98,7 @@ class StepLoop(Steps):
         carried = y0[layout.carried]
         step_args = args.carrying(carried)
         instant, is_before = self.limit(c.due)
-        planned = self.planned(t0, c.control.wish, instant, is_before)
+        planned = self.planned(t0, self.allowed(c.control.wish, y0), instant, is_before)
         meets = is_before & (instant <= planned + args.tick(planned))
         # The step ends just before an instant, where nothing has changed yet, also if the run ends at that instant.
         is_end = ~is_before & (instant <= planned)
@@ -108,18 +109,22 @@ class StepLoop(Steps):
         core0 = layout.core(y0)
         where = (self.solver, t0, t1, c.jumped, c.inner)
         core1, error, (info, work, inner, solver_failed) = attempt(core0, step_args, where)
-        keep, control, is_stuck = self.sizes.adapted(
-            t0, t1, core0, core1, step_args, error, self.solver.error_order(self.terms), c.control
-        )
         held = jax.lax.stop_gradient
         correction = None if work is None else Correction(self.solver, held(work), step_args, self.settings)
         path_of_solver = self.solver.interpolation_cls(t0=t0, t1=t1, **info)
         path = Span(t0, t1, path_of_solver, carried, layout, correction)
+        if self.histories is not None:
+            carried, misfit = self.histories.completed(path)
+            path = dataclasses.replace(path, carried=carried)
+            error = self.sizes.with_misfit(core0, core1, error, misfit)
+        keep, control, is_stuck = self.sizes.adapted(
+            t0, t1, core0, core1, step_args, error, self.solver.error_order(self.terms), c.control
+        )
         y1 = layout.joined(core1, carried)
         if events is None:
-            settled = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1)))
+            settled, triggered = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1))), jnp.zeros(0, bool)
         else:
-            settled, found, is_early = self.through_events(path, c, t1, y1, keep, meets, instant)
+            settled, found, is_early, triggered = self.through_events(path, c, t1, y1, keep, meets, instant)
             # The step was too long to resolve the solution just after an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
@@ -130,6 +135,8 @@ class StepLoop(Steps):
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, step_args)
             y = layout.with_part(y, layout.peaks, new)
+        settled = self.remembered_signals(settled._replace(y=y), triggered)
+        y = settled.y
         rows = self.saved(path, c, t, keep)
         record = self.recorded(c, settled, y, keep, {"inner": info, "start": t0, "end": t1, "carried": carried})
         # A step that an event cuts short is no reason for a longer step.
@@ -152,10 +159,10 @@ class StepLoop(Steps):
 
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
-    ) -> tuple[Carry, Array, Array]:
+    ) -> tuple[Carry, Array, Array, Array]:
         """The loop state after the first events in a step, or else at its end. Also the times located in the step at
         which equations change, up to the first of which the step must be repeated; and whether a relation that has just
-        changed changes back immediately, so that the step must be shorter.
+        changed changes back immediately, so that the step must be shorter. Last, the events that begin there.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
@@ -208,7 +215,7 @@ class StepLoop(Steps):
             armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
         carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end)
-        return carried, new, is_early
+        return carried, new, is_early, triggered
 
     def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> Carry:
         """The loop state after an instant, with the events that begin there and all events that they trigger. `earlier`

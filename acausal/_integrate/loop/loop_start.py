@@ -22,6 +22,7 @@ from ..setup.result import Result, sentence
 from ..setup.settings import AT_ONCE, RunNumbers, Settings
 from ..setup.state_vector import Vector
 from ..solvers import Rodas5P
+from .histories import Histories
 from .peaks import Peaks
 
 
@@ -69,6 +70,8 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
     truths, due = jnp.zeros(events.n_indicators, bool), jnp.zeros(events.total)
     settled = settle(events, t0, approach, y, begins, truths, none, due, history, args, order=past)
     y = _remembered(settings, args, events.with_algebraic(t0, settled.y, args))
+    if np.any(events.remembers) and not settings.is_resumed:
+        y = Histories(events, args).at_start(args.forward * t0, y)
     due = events.due(t0, y, args, events.past(t0, y, args))
     y = _with_peaks(settings, args, y)
     history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)

@@ -18,6 +18,7 @@ from ..._evaluate.invariants import onto_invariants
 from ..._numbers import Truth
 from ..._reduce.jaxpr_instants import first
 from ..events.event_history import EventHistory
+from ..events.iteration import FULL
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs, vector_field
 from ..setup.pattern import jacobian_pattern
@@ -29,6 +30,7 @@ from ..step.controller import StepSizes, step_sizes
 from ..step.interval import PathSample, sample
 from ..step.span import Span
 from .carry import Carry, Rows, StepRecord
+from .histories import Histories
 from .peaks import Peaks
 
 
@@ -39,6 +41,7 @@ class Steps:
         self.settings, self.layout, self.system = settings, settings.layout, settings.system
         self.args, self.events, self.kind = args, events, kind
         self.peaks = Peaks(settings) if settings.peaks else None
+        self.histories = Histories(events, args) if events and np.any(events.remembers) else None
         self.forward = args.forward
         self.t0, self.t1 = self.forward * args.numbers.t0, self.forward * args.numbers.t1
         self.sizes = step_sizes(settings, args)
@@ -85,6 +88,22 @@ class Steps:
         end = jnp.minimum(self.t1, jnp.where(is_before, instant, jnp.inf))
         # Avoid a tiny step after this one.
         return jnp.where(t + wish > end - 100.0 * self.args.tick(end), end, t + wish)
+
+    def allowed(self, wish: Array, y: Vector) -> Array:
+        """The size of a step, limited by the delays of signals."""
+        return wish if self.histories is None else jnp.minimum(wish, self.histories.longest_step(y))
+
+    def remembered_signals(self, c: Carry, triggered: Array) -> Carry:
+        """The loop state after a step with the histories of signals at its end, and the times of the breaks in them."""
+        events, histories = self.events, self.histories
+        if events is None or histories is None:
+            return c
+        order = histories.order(c.t, c.y, triggered, self.solver.order(self.terms))
+        y = histories.begun(c.t, c.y, order)
+        due = events.due(self.forward * c.t, y, self.args)
+        is_full = jnp.any(histories.are_full(c.t, y)) & (c.outcome == 0) & (c.t < self.t1)
+        outcome = jnp.where(is_full, FULL, c.outcome)
+        return c._replace(y=y, due=jnp.where(events.remembers, due, c.due), outcome=outcome)
 
     def no_sample(self, y: Vector) -> PathSample | None:
         """Placeholder for the event indicators, which are unknown before the first step."""

@@ -93,7 +93,9 @@ def contents(system: System) -> list[object]:
         )
         for holder in holders
     ]
-    functions = [] if events is None else [events.indicators, events.times, events.actions]
+    functions = (
+        [] if events is None else [events.indicators, events.times, events.actions, events.signals, events.delays]
+    )
     return [
         *(flat.leaves, flat.n_nodes, holders, flat.across, flat.flow_sets, flat.split),
         *([] if events is None else [events.entries, events.logic]),

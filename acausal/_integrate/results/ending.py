@@ -14,8 +14,9 @@ from ..._evaluate.starts import Inputs
 from ..._indices import first_true
 from ..._numbers import Truth
 from ..events.event_history import EventHistory
-from ..events.iteration import ACCUMULATED, CONTRADICTED, ENDLESS, REFUSED, STOPPED
+from ..events.iteration import ACCUMULATED, CONTRADICTED, ENDLESS, FULL, REFUSED, STOPPED
 from ..loop.carry import Carry, StepRecord
+from ..loop.histories import are_full
 from ..setup.field import RunArgs
 from ..setup.options import sentences
 from ..setup.result import Result
@@ -166,6 +167,7 @@ def _outcome(settings: Settings, args: RunArgs, integrated: Integrated, wrong: A
         (singular_blocks(system, everything, bound), Result.undetermined),
         ([why == REFUSED], Result.refused),
         ([why == CONTRADICTED], Result.bad_reset),
+        ([are_full(settings, args, t, y) & (why == FULL)], Result.history_full),
         ([why == ENDLESS], Result.events_endless),
         ([why == ACCUMULATED], Result.events_accumulate),
         ([end.failed & jnp.any(jnp.isnan(end.control.error))], Result.not_finite),

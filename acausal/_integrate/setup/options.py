@@ -161,7 +161,10 @@ def _counts_times(system: System) -> bool:
 def _lasting(system: System) -> str | None:
     """The first event that changes a variable irreversibly; None if there is none."""
     entries = () if system.events is None else system.events.entries
-    return next((entry.label(0) for entry in entries if entry.targets and entry.kind != "hold"), None)
+    return next(
+        (entry.label(0) for entry in entries if (entry.targets and entry.kind != "hold") or entry.kind == "remember"),
+        None,
+    )
 
 
 def check_known(system: System, numbers: RunNumbers) -> None:

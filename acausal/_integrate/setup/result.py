@@ -36,6 +36,10 @@ class Result(eqx.Enumeration):
         "constraints determine the others."
     )
     refused = "A component cannot do what is asked of it."
+    history_full = (
+        "The history of a delayed signal does not reach back by its delay, because the run takes more steps in this "
+        "time. Increase the number n of steps that the history holds, or loosen rtol."
+    )
     undetermined = "Equations are singular to within rounding errors, so any result is arbitrary."
     not_finite = "A variable became infinite or not a number."
     bad_parameter = "A parameter or start value is outside its range, or contradicts another parameter."

@@ -80,6 +80,11 @@ class StepSizes(eqx.Module):
         shortest = lost if self.shortest is None else self.shortest
         return jnp.asarray(keep), control, wish < shortest
 
+    def with_misfit(self, core0: Array, core1: Array, error: Array, misfit: Array) -> Array:
+        """The error of a step with an interpolation error in tolerances, which adds to its norm."""
+        scale = self.pid.rtol * jnp.maximum(jnp.abs(core0), jnp.abs(core1)) + self.pid.atol
+        return jax.lax.stop_gradient(jnp.hypot(error, misfit * scale))
+
     def _allowed(self, width: Numbers) -> Array:
         return jax.lax.stop_gradient(jnp.minimum(on_grid(width), self.longest))
 

@@ -2,6 +2,7 @@
 
 from ..._declare.node import leaves_of
 from .._syntax.flat import FlatModelica
+from .delays import make_delays
 from .equation_groups import EquationGroups
 from .guesses import propagate
 from .held_integers import hold_integers
@@ -21,9 +22,10 @@ def component(flat: FlatModelica) -> ModelicaModel:
     model = Translation.of(flat)
     starts = StartValues(model)
     ModelLeaves(model, starts).make()
+    delays = make_delays(model)
     hold_integers(model)
     groups = _groups(model, starts)
-    events = ModelEvents(model)
+    events = ModelEvents(model, delays)
     starts.state_previous()
     _drop_unused(model, groups)
     has_events = bool(events) or INITIAL in groups.used()

@@ -10,10 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._declare.component import At, Events, Follow, Refuse, Started, When, at, refuse, when
+from ..._declare.history import Remember, remember
 from ..._errors import ModelError
 from ..._tracing import is_traced
 from .._syntax import expressions as e
 from .._syntax.visits import mapped
+from .delays import Delay
 from .evaluate import evaluate
 from .leaves import ModelLeaf
 from .scope import NotKnown, Scope
@@ -23,7 +25,7 @@ from .tree import attribute_path
 from .values import Value, is_known, number
 from .whens import Assertion
 
-Event = At | When | Started | Refuse
+Event = At | When | Started | Refuse | Remember
 
 
 @dataclasses.dataclass(frozen=True)
@@ -41,7 +43,7 @@ class _StatedEvent:
 class ModelEvents:
     """Collects the events of a model."""
 
-    def __init__(self, model: Translation) -> None:
+    def __init__(self, model: Translation, delays: Sequence[Delay]) -> None:
         self._model = model
         self._found: list[_StatedEvent] = []
         lowered = model.lowered
@@ -57,6 +59,8 @@ class ModelEvents:
             self._add(f"reinit_{len(self._found)}", [e.Ref(reset.active), reset.value], event)
         for demand in lowered.demands:
             self._demand(demand)
+        for delay in delays:
+            self._add(delay.past, [delay.signal, delay.delay], ft.partial(_delay_event, model.path(delay.past)))
 
     def _add(self, name: str, terms: Sequence[Any], event: Callable[[Any, list[Value]], Event | None]) -> None:
         slots = Slots()
@@ -146,6 +150,11 @@ def _tick_event(kind: str, names: Sequence[str], model: Any, values: list[Value]
 def _reset_event(state: str, model: Any, values: list[Value]) -> Event:
     active, value = values
     return when(jnp.asarray(active), **{state: jnp.asarray(value, float)})
+
+
+def _delay_event(past: str, model: Any, values: list[Value]) -> Event:
+    signal, delay = (jnp.asarray(number(value), float) for value in values)
+    return remember(delay, **{past: signal})
 
 
 def _assert_event(message: str, model: Any, values: list[Value]) -> Event | None:

@@ -10,6 +10,7 @@ from typing import Any, TypeAlias
 import jax
 import jax.numpy as jnp
 
+from ..._declare.history import recall
 from ..._declare.ifelse import held_relation
 from .._syntax import expressions as e
 from .branches import choose
@@ -83,6 +84,11 @@ def _held_floor(args: Args, at: Scope, evaluate: Evaluate) -> Value:
     return jnp.where(above, jnp.maximum(whole, before + 1.0), fallen)
 
 
+def _recall(args: Args, at: Scope, evaluate: Evaluate) -> Value:
+    past, since, before = (jnp.asarray(evaluate(arg, at), float) for arg in args)
+    return recall(past, since, before)
+
+
 def _missing(name: str) -> Callable[[Args, Scope, Evaluate], Value]:
     def missing(args: Args, at: Scope, evaluate: Evaluate) -> Value:
         raise NotKnown(name)
@@ -96,6 +102,7 @@ SPECIAL: dict[str, Callable[[Args, Scope, Evaluate], Value]] = {
     "SemiLinear": _semilinear,
     "Sqrt": _root,
     "HeldFloor": _held_floor,
+    "Recall": _recall,
     "Der": _derivative,
     "Terminal": lambda args, at, evaluate: False,
     "Initial": _missing("initial()"),

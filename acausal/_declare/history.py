@@ -1,0 +1,73 @@
+"""Histories of signals: `remember` states that a run keeps one, and `recall` reads it."""
+
+from typing import NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from .._numbers import Numbers, Scalar
+
+DEGREE = 4  # of the polynomials, as of the dense output of a step
+# The positions in a step at which a signal is recorded, from -1 to 1, and one between them, where they err most.
+NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
+BETWEEN = 0.4
+_COEFFICIENTS = np.linalg.inv(np.vander(NODES, increasing=True))
+START, ORDER, WIDTH, FIRST = 0, 1, 2, 3  # the columns of a history: about a step, then coefficients
+ROW = FIRST + DEGREE + 1  # numbers in the row of a step
+
+
+class Remember(NamedTuple):
+    """A signal whose history a run keeps, by the name of the discrete variable, for reads after `delay`."""
+
+    delay: Numbers
+    signals: dict[str, Numbers]
+
+
+def remember(delay: Numbers, **signal: Numbers) -> Remember:
+    """State that a run keeps the history of a signal, as in `remember(self.T, past=self.u.value)`, for `recall`.
+
+    The history is declared as `past: Discrete[Vector, "", shape("n", ROW)] = -jnp.inf`. Each step adds a row to it: the
+    polynomial of degree 4 through five values of the signal. The error of the polynomial counts as an error of the
+    step. No step is longer than `delay` in s, which is positive and computed from parameters and discrete variables, so
+    that whatever is recalled has been recorded. A jump of the signal, and a kink at an event, are events again after
+    `delay`. A run fails if n rows do not reach back by `delay`.
+    """
+    return Remember(delay, signal)
+
+
+def recall(history: Array, time: Scalar, before: Scalar) -> Scalar:
+    """The recorded signal at a time in the past; `before` for times before the start of the run.
+
+    `time` is a variable of the component, stated by an equation such as `eq(self.since, self.t - self.T)`.
+    """
+    starts, n = history[:, START], len(history)
+    # The last row is empty until the end of its step.
+    n_full = n - (history[-1, WIDTH] <= 0.0)
+    i = jnp.clip(jnp.minimum(jnp.sum(starts <= time), n_full) - 1, 0)
+    row = history[i]
+    is_known = row[START] > -jnp.inf
+    return jnp.where(is_known, polynomial(jnp.where(is_known, row, 1.0), time), before)
+
+
+def breaks(history: Array) -> Array:
+    """The times of jumps and kinks of the signal, infinite in other rows."""
+    return jnp.where(history[..., ORDER] >= 0.0, history[..., START], jnp.inf)
+
+
+def coefficients(values: Array) -> Array:
+    """The polynomials through values at the nodes, along the first axis."""
+    return jnp.asarray(_COEFFICIENTS) @ values
+
+
+def horner(coefficients: Array, x: Numbers) -> Array:
+    """The value at a position in a step, from -1 to 1. Coefficients are along the last axis."""
+    value = coefficients[..., DEGREE]
+    for power in reversed(range(DEGREE)):
+        value = value * x + coefficients[..., power]
+    return value
+
+
+def polynomial(row: Array, time: Numbers) -> Array:
+    """The value at a time by a row of a history."""
+    return horner(row[..., FIRST:], 2.0 * (time - row[..., START]) / row[..., WIDTH] - 1.0)

@@ -1,0 +1,140 @@
+"""Histories of signals: a row for each step, and the times at which jumps and kinks return."""
+
+from typing import NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from ..._declare.history import BETWEEN, NODES, ORDER, ROW, START, WIDTH, coefficients, horner, polynomial
+from ..._numbers import Numbers
+from ..events.run_events import RunEvents
+from ..setup.field import RunArgs, values_of, wanted_pairs
+from ..setup.settings import Settings
+from ..setup.state_vector import Vector
+from ..step.span import Span
+
+_POSITIONS = np.append(NODES, BETWEEN)
+
+
+class StepRow(NamedTuple):
+    """The carried part of the vector with the row of a step, and the largest interpolation error in tolerances."""
+
+    carried: Vector
+    misfit: Array
+
+
+class Histories:
+    """The histories of a model, one for each member of each `remember`."""
+
+    def __init__(self, events: RunEvents, args: RunArgs) -> None:
+        assert events.system.events is not None
+        self.events, self.args, self.set = events, args, events.system.events
+        places = events.system.carried.discrete_places
+        # The places of each history in the stepped vector, [rows, columns].
+        self.places = [
+            member
+            for entry in self.set.remembered
+            if entry.history is not None
+            for member in places[entry.history].reshape(entry.count, -1, ROW)
+        ]
+        self.sizes = jax.lax.stop_gradient(self._sizes())
+
+    def at_start(self, t0: Array, y: Vector) -> Vector:
+        """The vector with empty histories that begin at t0, where signals may jump."""
+        for place in self.places:
+            y = y.at[place].set(-jnp.inf)
+        return self.begun(t0, y, jnp.zeros(len(self.places)))
+
+    def completed(self, path: Span) -> StepRow:
+        """The signals on the path of a step, as the last rows of the histories."""
+        layout, forward = path.layout, self.args.forward
+        t0, t1 = path.inner.t0, path.inner.t1
+        held = jax.lax.stop_gradient((t0, t1))
+
+        def read(share: Array) -> Array:
+            time, y = path.moving_point(held[0] + share * (held[1] - held[0]))
+            return self._signals(forward * time, y)
+
+        values = jax.vmap(read)(jnp.asarray(0.5 * (_POSITIONS + 1.0)))
+        found = coefficients(values[:-1])
+        error = jnp.abs(horner(found.T, BETWEEN) - values[-1])
+        misfit = jnp.max(jax.lax.stop_gradient(error / self._tolerance(values)))
+        carried = path.carried
+        for place, row in zip(self.places, found.T, strict=True):
+            last = place[-1, WIDTH:] - layout.carried.start
+            carried = carried.at[last].set(jnp.append(t1 - t0, row))
+        return StepRow(carried, jnp.where(jnp.isnan(misfit), jnp.inf, misfit))
+
+    def begun(self, t: Array, y: Vector, order: Array) -> Vector:
+        """The vector with the rows of the next step, whose start t is a break of an order, infinite for none."""
+        for place, own in zip(self.places, order, strict=True):
+            first = jnp.stack([t, jnp.where(jnp.isfinite(own), own, -jnp.inf), *[jnp.asarray(-jnp.inf)] * (ROW - 2)])
+            y = y.at[place].set(jnp.concatenate([y[place[1:]], first[None]]))
+        return y
+
+    def order(self, t: Array, y: Vector, triggered: Array, highest: int) -> Array:
+        """The order of the break of each signal at the end of a step: 0 for a jump, 1 for a kink at another event, and
+        one more than the signal that has returned, up to the `highest`; infinite without a break.
+        """
+        last = jnp.stack([y[place[-1]] for place in self.places])
+        new = self._signals(self.args.forward * t, y)
+        jump = jnp.abs(new - polynomial(last, t)) > 2.0 * self._tolerance(new[None])
+        remembers = self.events.remembers
+        returned = jnp.where(jnp.any(triggered & remembers), 1.0 + self._returned(t, y), jnp.inf)
+        common = jnp.where(jnp.any(triggered & ~remembers), 1.0, returned)
+        order = jnp.where(jump, 0.0, common)
+        return jax.lax.stop_gradient(jnp.where(order <= highest, order, jnp.inf))
+
+    def longest_step(self, y: Vector) -> Array:
+        """The shortest delay."""
+        return jax.lax.stop_gradient(jnp.min(self._delays(y)))
+
+    def are_full(self, t: Array, y: Vector) -> Array:
+        """The histories that do not reach back by their delays."""
+        oldest = jnp.stack([y[place[0, START]] for place in self.places])
+        return oldest > t - self._delays(y) + 4.0 * self.args.tick(t)
+
+    def _returned(self, t: Array, y: Vector) -> Array:
+        """The lowest order of the breaks that return at t."""
+        found = [jnp.asarray(jnp.inf)]
+        for place, delay in zip(self.places, self._delays(y), strict=True):
+            rows = y[place]
+            is_here = jnp.abs(rows[:, START] + delay - t) <= 4.0 * self.args.tick(t)
+            found.append(jnp.min(jnp.where(is_here & (rows[:, ORDER] >= 0.0), rows[:, ORDER], jnp.inf)))
+        return jnp.min(jnp.stack(found))
+
+    def _signals(self, t: Numbers, y: Vector) -> Array:
+        system, leaves = self.events.system, self.set.signals.leaves
+        point = y[self.events.layout.point]
+        store = system.evaluate(t, point, self.args.inputs, wanted_pairs(system, leaves))
+        values = values_of(system, t, point, self.args.inputs, store, leaves)
+        return _flat(self.set.signals([values[leaf] for leaf in leaves]))
+
+    def _delays(self, y: Vector) -> Array:
+        system, leaves = self.events.system, self.set.delays.leaves
+        values = values_of(system, 0.0, y[self.events.layout.point], self.args.inputs, None, leaves)
+        return _flat(self.set.delays([values[leaf] for leaf in leaves]))
+
+    def _sizes(self) -> Array:
+        """The size of each signal at nominal values of the variables."""
+        return jnp.abs(
+            _flat(self.set.signals([self.events.typical(leaf, self.args) for leaf in self.set.signals.leaves]))
+        )
+
+    def _tolerance(self, values: Array) -> Array:
+        """The error tolerance of each signal."""
+        return self.args.numbers.rtol * (self.sizes + jnp.max(jnp.abs(values), axis=0))
+
+
+def are_full(settings: Settings, args: RunArgs, t: Array, y: Vector) -> Array:
+    """The histories of a model that do not reach back by their delays."""
+    events = settings.system.events
+    if events is None or not events.remembered:
+        return jnp.zeros(0, bool)
+    return Histories(RunEvents(settings, settings.layout, is_reversible=True), args).are_full(t, y)
+
+
+def _flat(parts: list[Array]) -> Array:
+    return jnp.concatenate([jnp.ravel(part) for part in parts])

@@ -1,0 +1,238 @@
+"""Exact delays: the method of steps, jumps that return, derivatives, and what a model with a delay cannot do."""
+
+import itertools
+from typing import Any, Self
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _rig import Rig
+from scipy.special import factorial, lambertw
+
+from acausal import (
+    ROW,
+    Array,
+    Component,
+    Connections,
+    Discrete,
+    Equations,
+    Events,
+    ModelError,
+    Scalar,
+    SimulationError,
+    Time,
+    Var,
+    Vector,
+    connect,
+    eq,
+    linearise,
+    recall,
+    remember,
+    shape,
+    simulate,
+    stack,
+)
+from acausal.codegen import export_c
+from components import blocks
+
+TIMES = np.array([0.5, 1.5, 2.5, 3.7, 5.2, 7.3])
+
+
+def loop(gain: Any, integrator: Any, delay: Any) -> Connections:
+    """dx/dt = -k x(t - T)."""
+    return connect(gain.y, integrator.u), connect(integrator.y, delay.u), connect(delay.y, gain.u)
+
+
+def chain(*parts: Any) -> Connections:
+    return tuple(connect(one.y, other.u) for one, other in itertools.pairwise(parts))
+
+
+def delayed_loop(T: Scalar = 1.0, k: Scalar = 1.0, n: int = 64) -> Rig:
+    return Rig(parts=(blocks.Gain(k=-k), blocks.Integrator(x=1.0), blocks.FixedDelay(T=T, n=n)), wiring=loop)
+
+
+def by_steps(t: Any, T: Any = 1.0, k: Any = 1.0) -> Any:
+    """The solution of dx/dt = -k x(t - T) with x = 1 up to the start, a polynomial in each interval of length T."""
+    return sum((-k) ** i * jnp.maximum(t - (i - 1) * T, 0.0) ** i / factorial(i) for i in range(10))
+
+
+@pytest.mark.parametrize("rtol", [1e-4, 1e-9])
+def test_the_solution_by_the_method_of_steps(rtol: float) -> None:
+    """Steps end at the breaking points, so that the polynomials of low degree of the first intervals are exact."""
+    solution = simulate(delayed_loop(), 7.3, rtol=rtol, save=TIMES)
+    error = np.abs(np.asarray(solution["parts[1].x"]) - np.asarray(by_steps(TIMES)))
+    assert np.all(error[:4] < 1e-12)
+    assert np.all(error < rtol)
+
+
+@pytest.mark.thorough
+def test_the_interpolation_error_follows_the_tolerance() -> None:
+    """No state resolves the sine. The number of steps grows with the fifth root of the accuracy."""
+    w, t = 20.0, np.array([1.0, 2.0, 3.0])
+    delay = blocks.FixedDelay(T=0.7, n=256)
+    model = Rig(parts=(blocks.Sine(amplitude=1.0, frequency=w / (2.0 * np.pi)), delay), wiring=chain)
+    steps = []
+    for rtol in (1e-6, 1e-8, 1e-10):
+        solution = simulate(model, 3.0, rtol=rtol, save=t)
+        assert np.max(np.abs(np.asarray(solution["parts[1].y.value"]) - np.sin(w * (t - 0.7)))) < 2.0 * rtol
+        steps.append(int(solution.stats["num_steps"]))
+    for few, many in itertools.pairwise(steps):
+        assert many / few < 1.1 * 100.0**0.2
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("kT", [1.2, 0.5 * np.pi, 1.7])
+def test_a_loop_decays_up_to_the_limit_of_stability(kT: float) -> None:
+    """The slowest pole of dx/dt = -k x(t - T) is W(-k T)/T: on the imaginary axis for k T = pi/2."""
+    T, h = 0.2, 0.1
+    pole = lambertw(-kT, 0) / T
+    solution = simulate(delayed_loop(T, kT / T), 6.0 + 2.0 * h, rtol=1e-9, save=6.0 + h * np.arange(3))
+    x = np.asarray(solution["parts[1].x"])
+    turned = np.exp(pole * h)
+    assert x[2] == pytest.approx(2.0 * turned.real * x[1] - abs(turned) ** 2 * x[0], abs=2e-8 * max(1.0, *np.abs(x)))
+
+
+@pytest.mark.thorough
+def test_a_jump_returns_with_half_its_height_after_each_delay() -> None:
+    """u = step - u(t - T)/2 has no state in its loop; the integral of the stairs is exact."""
+
+    def wiring(step: Any, total: Any, delay: Any, gain: Any, integrator: Any) -> Connections:
+        back = connect(delay.y, gain.u), connect(gain.y, total.u2)
+        return connect(step.y, total.u1), connect(total.y, delay.u, integrator.u), *back
+
+    def end(T: Scalar, start: Scalar) -> Scalar:
+        step, gain = blocks.Step(start_time=start, height=1.0), blocks.Gain(k=-0.5)
+        parts = (step, blocks.Sum(), blocks.FixedDelay(T=T), gain, blocks.Integrator())
+        return simulate(Rig(parts=parts, wiring=wiring), 3.0, rtol=1e-6, save="end").final.parts[4].x
+
+    def exact(T: Scalar, start: Scalar) -> Scalar:
+        return sum((-0.5) ** i * (3.0 - start - i * T) for i in range(6))
+
+    value, slopes = jax.value_and_grad(lambda p: end(*p))(jnp.array([0.5, 0.25]))
+    assert value == pytest.approx(exact(0.5, 0.25), abs=1e-13)
+    assert slopes == pytest.approx(np.asarray(jax.grad(lambda p: exact(*p))(jnp.array([0.5, 0.25]))), abs=1e-12)
+
+
+@pytest.mark.thorough
+def test_a_relay_with_a_delay_makes_a_triangle() -> None:
+    """dx/dt = -1 if x(t - T) > 0, otherwise 1: the amplitude is T, the period 4 T."""
+
+    def wiring(integrator: Any, delay: Any, zero: Any, relay: Any, one: Any, total: Any) -> Connections:
+        sign = connect(delay.y, relay.u1), connect(zero.y, relay.u2), connect(one.y, total.u1)
+        return connect(integrator.y, delay.u), *sign, connect(relay.y, total.u2), connect(total.y, integrator.u)
+
+    parts = (blocks.Integrator(x=0.3), blocks.FixedDelay(T=1.0), blocks.Constant(k=0.0), blocks.Comparator())
+    parts += (blocks.Constant(k=1.0), blocks.Sum(k2=-2.0))
+    x = simulate(Rig(parts=parts, wiring=wiring), 9.3, rtol=1e-9, save=1.3 + np.arange(9.0))["parts[0].x"]
+    assert x == pytest.approx(np.resize([-1.0, 0.0, 1.0, 0.0], 9), abs=1e-8)
+
+
+@pytest.mark.thorough
+def test_derivatives_of_a_loop_in_both_modes_and_batches() -> None:
+    def end(p: Any, adjoint: Any = None) -> Scalar:
+        return simulate(delayed_loop(*p), 3.3, rtol=1e-9, save="end", adjoint=adjoint).final.parts[1].x
+
+    def exact(p: Any) -> Scalar:
+        return by_steps(3.3, *p)
+
+    points = jnp.array([[1.0, 1.0], [0.6, 1.3], [1.7, 0.8]])
+    expected = np.asarray(jax.vmap(jax.grad(exact))(points))
+    values, slopes = jax.jit(jax.vmap(jax.value_and_grad(end)))(points)
+    assert values == pytest.approx(np.asarray(jax.vmap(exact)(points)), abs=1e-9)
+    assert slopes == pytest.approx(expected, abs=1e-8)
+    assert jax.grad(end)(points[1], diffrax.DirectAdjoint()) == pytest.approx(expected[1], abs=1e-8)
+    # The second derivative by T is that of the polynomials of the history, which are less accurate.
+    assert jax.hessian(end)(points[1]) == pytest.approx(np.asarray(jax.hessian(exact)(points[1])), abs=1e-5)
+
+
+@pytest.mark.thorough
+def test_a_run_continues_with_its_history() -> None:
+    half = simulate(delayed_loop(), 3.1, rtol=1e-8)
+    whole = simulate(half.final, 7.3, t0=half.t1, resume=True, rtol=1e-8)
+    assert whole.final.parts[1].x == pytest.approx(float(by_steps(7.3)), abs=1e-8)
+
+
+@pytest.mark.thorough
+def test_before_the_start_the_signal_was_constant_or_the_given_value() -> None:
+    """u = 3 - u(t - T)/2 was 2, the solution of its loop; or the loop begins with a given value."""
+
+    def wiring(source: Any, total: Any, delay: Any, gain: Any) -> Connections:
+        return (
+            connect(source.y, total.u1),
+            connect(total.y, delay.u),
+            connect(delay.y, gain.u),
+            connect(gain.y, total.u2),
+        )
+
+    for given, first in (({}, 2.0), ({"steady": False, "before": 1.0}, 2.5)):
+        parts = (blocks.Constant(k=3.0), blocks.Sum(), blocks.FixedDelay(T=1.0, **given), blocks.Gain(k=-0.5))
+        u = simulate(Rig(parts=parts, wiring=wiring), 2.0, save=[0.5, 1.5])["parts[1].y.value"]
+        assert u == pytest.approx([first, 3.0 - 0.5 * first], abs=1e-12)
+
+
+@pytest.mark.thorough
+def test_delays_in_series_and_in_arrays() -> None:
+    class Row(Component):
+        source: blocks.Sine
+        delays: Array[blocks.FixedDelay]
+        last: blocks.FixedDelay
+
+        def connections(self) -> Connections:
+            return connect(self.source.y, self.delays[0].u, self.delays[1].u), connect(self.delays[1].y, self.last.u)
+
+    delays = stack([blocks.FixedDelay(T=T) for T in (0.3, 0.4)])
+    model = Row(source=blocks.Sine(amplitude=1.0, frequency=0.5), delays=delays, last=blocks.FixedDelay(T=0.5))
+    solution = simulate(model, 2.0, rtol=1e-9, save=[1.7])
+    assert solution["delays[0].y.value"] == pytest.approx(np.sin(np.pi * 1.4), abs=1e-8)
+    assert solution["last.y.value"] == pytest.approx(np.sin(np.pi * 0.8), abs=1e-8)
+
+
+def test_a_model_with_a_delay_says_what_it_cannot_do() -> None:
+    with pytest.raises(SimulationError, match=r"parts\[2\]\.history: The history .* Increase the number n of steps"):
+        simulate(delayed_loop(n=4), 5.0, rtol=1e-9)
+    with pytest.raises(ModelError, match=r"cannot go back in time, .* parts\[2\]\.history"):
+        simulate(delayed_loop(), -1.0)
+    with pytest.raises(ModelError, match=r"no exact delay: parts\[2\]\.history\. Remedy: a PadeDelay"):
+        linearise(delayed_loop())
+    with pytest.raises(ModelError, match=r"parts\[2\]\.history have no C form.*PadeDelay"):
+        export_c(delayed_loop(), "unused", step=0.1)
+
+
+class Keeper(Component, partial=True):
+    """A component whose signal is the time, recorded for a while."""
+
+    delay: Discrete[Scalar, "s"] = 0.0
+    t: Time[Scalar, "s"] = 0.0
+    since: Var[Scalar, "s"] = 0.0
+    y: Var[Scalar, "s"] = 0.0
+    past: Discrete[Vector, "", shape(8, ROW)] = -jnp.inf
+    other: Discrete[Scalar, "s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(since=eq(self.since, self.t - self.delay), y=eq(self.y, recall(self.past, self.since, 0.0)))
+
+
+class Instantaneous(Keeper):
+    def events(self) -> Events:
+        return dict(kept=remember(self.delay, past=self.t))
+
+
+class Mistaken(Keeper):
+    def events(self) -> Events:
+        return dict(kept=remember(1.0, other=self.t))
+
+
+class Twice(Keeper):
+    def events(self) -> Events:
+        return dict(kept=remember(1.0, past=self.t, other=self.t))
+
+
+def test_mistakes_in_components_that_remember() -> None:
+    with pytest.raises(SimulationError, match=r"kept\.delay: the delay of a recorded signal must be positive"):
+        simulate(Instantaneous(), 1.0)
+    with pytest.raises(ModelError, match=r"kept records into other, which is not a history\. Declare it as"):
+        simulate(Mistaken(), 1.0)
+    with pytest.raises(ModelError, match=r"kept records 2 signals\. State one remember"):
+        simulate(Twice(), 1.0)
