@@ -1,7 +1,23 @@
 """Rope and tackle against closed forms."""
 
+import math
+
+import pytest
+
+from acausal import Component, Connections, SimulationError, connect, initialise, replace
 from acausal.testing import check_law
-from components.translational import Rope, Tackle
+from components.translational import Fixed, Mass, Rope, Tackle
+
+
+class Hanging(Component):
+    """A load on a rope."""
+
+    rope: Rope
+    load: Mass
+    top: Fixed = Fixed()
+
+    def connections(self) -> Connections:
+        return connect(self.top.flange, self.rope.b), connect(self.rope.a, self.load.a)
 
 
 def test_a_rope_only_pulls() -> None:
@@ -19,3 +35,13 @@ def test_a_rope_only_pulls() -> None:
 
 def test_a_tackle_divides_the_force() -> None:
     check_law(Tackle(falls=4.0), given={"b.s": 0.5, "b.f": -8000.0}, expected={"a.s": 2.0, "a.f": 2000.0})
+
+
+@pytest.mark.thorough
+def test_a_slack_rope_needs_a_guess_to_start_at_rest() -> None:
+    """A slack rope has no equilibrium: the error says what to guess. Then x = m g length/EA."""
+    hanging = Hanging(rope=Rope(EA=1e6, length=10.0, d=1e3), load=Mass(m=500.0, incline=math.pi / 2))
+    with pytest.raises(SimulationError, match=r"of rope would fire.*guess the variables.*the s_rel of a stretch"):
+        initialise(hanging, steady=True)
+    rest = initialise(replace(hanging, {"rope.s_rel": 10.01}), steady=True)
+    assert float(rest.rope.s_rel) == pytest.approx(10.0 + 500.0 * 9.80665 * 10.0 / 1e6, rel=1e-9)

@@ -32,7 +32,9 @@ def report_no_start(
         raise SimulationError(
             f"No modes are consistent with the start values that they imply: {listed(names)} would fire one after the "
             "other without end. A system that keeps switching has no equilibrium but a limit cycle, which a simulation "
-            "reaches. Remedy: other guesses or start values of the discrete variables, or conditions for one mode."
+            "reaches. Remedy, if there is an equilibrium: guess the variables of these parts near it and in its mode, "
+            "by replace(model, {...}), such as the s_rel of a stretched rope. Otherwise: other start values of the "
+            "discrete variables, or conditions for one mode."
         )
     if not found.violation <= CLOSE:
         is_kept = problem.system.flat.is_variable
