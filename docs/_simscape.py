@@ -79,6 +79,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
     },
     "translational": {
         "Damper": "Translational Damper",
+        "Driver": "Longitudinal Driver",
         "Fixed": "Mechanical Translational Reference",
         "ForceSensor": "Ideal Force Sensor",
         "HardStop": "Translational Hard Stop",

@@ -64,6 +64,8 @@ class LimitedController(Component, partial=True):
     Back-calculation (Astrom, Hagglund, `PID Controllers`, ch. 3; MSL `LimPID`) feeds the excess over the limits back
     into the integral: Ti dx/dt = u_s - u_m + (y - y_unlimited) / (k Ni). The limits are exact, y is continuous, and
     reaching or leaving a limit is an event.
+
+    Give `u_ff=Input()` to connect a feed-forward signal, which is added to y before its limits.
     """
 
     k: Param[Scalar, "", nonzero]  # gain
@@ -76,6 +78,7 @@ class LimitedController(Component, partial=True):
     y_unlimited: Var[Scalar, ""] = 0.0  # y before its limits
     u_s: Input = Input()  # setpoint
     u_m: Input = Input()  # measured value
+    u_ff: Input | None = None  # feed-forward
     y: Output = Output()
 
     def requirements(self) -> Requirements:
@@ -88,8 +91,11 @@ class LimitedController(Component, partial=True):
             limit=eq(self.y.value, limited(self.y_unlimited, self.y_min, self.y_max)),
         )
 
-    def _proportional_integral(self) -> Scalar:
-        return self.wp * self.u_s.value - self.u_m.value + self.x
+    def _wanted(self, derivative: Scalar = 0.0) -> Scalar:
+        """y without its limits, from the derivative part."""
+        fed_forward = 0.0 if self.u_ff is None else self.u_ff.value
+        sum_of_parts = self.wp * self.u_s.value - self.u_m.value + self.x + derivative
+        return self.k * sum_of_parts + fed_forward
 
 
 class LimPI(LimitedController):
@@ -106,7 +112,7 @@ class LimPI(LimitedController):
         return cls(k=1.0 / (a * K * T), Ti=a**2 * T, y_max=y_max, y_min=-y_max, wp=0.0)
 
     def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(law=eq(self.y_unlimited, self.k * self._proportional_integral()))
+        return super().equations(d) | dict(law=eq(self.y_unlimited, self._wanted()))
 
 
 class LimPID(LimitedController):
@@ -131,5 +137,5 @@ class LimPID(LimitedController):
         lead = self.wd * self.u_s.value - self.u_m.value - self.x_d
         return super().equations(d) | dict(
             filter=eq(self.Td * d.x_d, self.Nd * lead),
-            law=eq(self.y_unlimited, self.k * (self._proportional_integral() + self.Nd * lead)),
+            law=eq(self.y_unlimited, self._wanted(self.Nd * lead)),
         )

@@ -4,7 +4,7 @@ import dataclasses
 
 from acausal import Symbol
 
-from .._drawing import circle, head, rect
+from .._drawing import circle, head, rect, with_port
 
 COLOUR = "#009e73"  # of lines and parts of this domain
 
@@ -41,6 +41,7 @@ STAIRS = "M7 32h6v-8h7v-8h7v-7h6"
 LIMIT = "M58 28h5l8-16h5"
 DIGITAL = "M54 28h5v-5h5v-5h5v-6h5"
 CHANGEOVER = {"u1": (0, 10), "u2": (0, 30), "control": (20, 40), "y": (40, 20)}
+LIMITED = _box(ERROR, curve=LIMIT, width=80) + with_port("u_ff", 60, 40, "v-4")
 SMOOTH = "M6 22l4-8 4 10 4-13 4 17 4-12 4 7 4-6"
 SPIKES = "M6 24h4v-9h4v13h4v-18h4v12h4v-7h4v11h4"
 PULSES = "M6 30h5v-20h6v20h5v-20h6v20h5"
@@ -49,7 +50,7 @@ _SYMBOLS = {
     "SISO": _box(ONE),
     "SI2SO": _box(TWO),
     "SignalSource": _source(),
-    "LimitedController": _box(ERROR, curve=LIMIT, width=80),
+    "LimitedController": LIMITED,
     "Constant": _source(text="k"),
     "Clock": _source(circle(20, 20, 14) + "M20 10v10l6 5"),
     "Step": _source("M7 30h11v-19h15"),
@@ -88,8 +89,8 @@ _SYMBOLS = {
     "TransferFunction": _fraction("b(s)", "a(s)"),
     "PI": _box(ONE, "PI"),
     "PID": _box(ONE, "PID"),
-    "LimPI": _box(ERROR, curve=LIMIT, width=80) + Symbol(0, 0, {}, texts=((28, 20, "PI", 13),)),
-    "LimPID": _box(ERROR, curve=LIMIT, width=80) + Symbol(0, 0, {}, texts=((28, 20, "PID", 13),)),
+    "LimPI": LIMITED + Symbol(0, 0, {}, texts=((28, 20, "PI", 13),)),
+    "LimPID": LIMITED + Symbol(0, 0, {}, texts=((28, 20, "PID", 13),)),
     "SampledPI": _box(ERROR, curve=DIGITAL, width=80) + Symbol(0, 0, {}, texts=((26, 20, "PI", 13),)),
     "TwoPointController": _box(ERROR, curve="M8 30h18v-20M14 30v-20h18"),
     "LeadLag": _fraction("1 + T1 s", "1 + T2 s"),

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from ._disc_springs import Diaphragm as Diaphragm
     from ._disc_springs import DiaphragmClutch as DiaphragmClutch
     from ._disc_springs import DiscSpring as DiscSpring
+    from ._driver import Driver as Driver
+    from ._driver import eudc as eudc
     from ._dry_friction import Brake as Brake
     from ._dry_friction import DryFriction as DryFriction
     from ._dry_friction import StribeckFriction as StribeckFriction

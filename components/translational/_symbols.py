@@ -121,6 +121,13 @@ SYMBOLS = {
         + circle(44, 28, 6),
     )
     + with_port("grade", 30, 40, "v-5"),
+    "Driver": Symbol(
+        80,
+        40,
+        {"u_s": (0, 20), "u_m": (20, 40), "traction": (80, 10), "y": (80, 20), "brake": (80, 30)},
+        rect(0, 0, 80, 40) + circle(40, 20, 14) + circle(40, 20, 4) + "M26.5 17l9.5 2M53.5 17l-9.5 2M40 24v10",
+    )
+    + with_port("u_ff", 60, 40, "v-4"),
     "ViscousFriction": _sliding(),
     "ConstantForce": _source("F"),
     "SignalForce": _source("F", u=(0, 20)),

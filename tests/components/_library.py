@@ -57,6 +57,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     ),
     "DiscSpring": dict(disc=translational.ConicalDisc(De=2.0, Di=1.0, t=1.0, h=1.0)),
     "DoubleActingCylinder": CYLINDER,
+    "Driver": dict(k=2.0, Ti=1.0),
     "DrilledPassage": dict(diameter=1.0, length=1.0, corners=1.0, liquid=OIL),
     "FixedPump": PUMP,
     "Function": dict(function=wave),

@@ -190,6 +190,7 @@ EXAMPLES: tuple[Component, ...] = (
     translational.ConstantSpeed(speed=1.3),
     translational.ConstantForce(force=1.3),
     translational.Damper(d=1.3),
+    translational.Driver(k=1.3, Ti=0.7, u_ff=blocks.Input()),
     translational.ElastoGap(c=1.3, d=0.7, s_rel0=0.4),
     translational.ElastoGap(c=1.3, d=0.7, s_rel0=0.4, n=1.5),
     translational.Fixed(s0=0.4),
