@@ -64,6 +64,7 @@ SIMSCAPE: dict[str, dict[str, str]] = {
     "rotational": {
         "Damper": "Rotational Damper",
         "Fixed": "Mechanical Rotational Reference",
+        "FrictionBelt": "Belt Drive",
         "HardStop": "Rotational Hard Stop",
         "IdealGear": "Gear Box",
         "IdealRollingWheel": "Wheel and Axle",

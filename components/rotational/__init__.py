@@ -12,6 +12,9 @@ if TYPE_CHECKING:
     from ._basic import Inertia as Inertia
     from ._basic import Spring as Spring
     from ._basic import SpringDamper as SpringDamper
+    from ._belt import Belt as Belt
+    from ._belt import FrictionBelt as FrictionBelt
+    from ._belt import SynchronousBelt as SynchronousBelt
     from ._cam import Cam as Cam
     from ._cam_followers import CamContact as CamContact
     from ._cam_followers import FlatFollower as FlatFollower
@@ -66,6 +69,7 @@ if TYPE_CHECKING:
     from ._pressed import Clutch as Clutch
     from ._pressed import OneWayClutch as OneWayClutch
     from ._pressed import Pressed as Pressed
+    from ._pressed import SpringAppliedBrake as SpringAppliedBrake
     from ._sensors import AccelerationSensor as AccelerationSensor
     from ._sensors import AngleSensor as AngleSensor
     from ._sensors import MultiSensor as MultiSensor
@@ -82,6 +86,8 @@ if TYPE_CHECKING:
     from ._stops import HardStop as HardStop
     from ._tabulated import TabulatedDamper as TabulatedDamper
     from ._train import PlanetaryTrain as PlanetaryTrain
+    from ._tyre import MagicFormula as MagicFormula
+    from ._tyre import TransientTyre as TransientTyre
     from ._tyre import Tyre as Tyre
     from ._wheels import IdealGearR2T as IdealGearR2T
     from ._wheels import IdealRollingWheel as IdealRollingWheel

@@ -1,4 +1,4 @@
-"""Dry friction of plates pressed together by a signal: brake, clutch, freewheel."""
+"""Dry friction of plates pressed together or released by a signal: brakes, clutch, freewheel."""
 
 from collections.abc import Mapping
 from typing import Any, ClassVar
@@ -48,6 +48,36 @@ class Pressed(DryFriction, partial=True):
 
 class Brake(Pressed, ShaftFriction):
     """A brake between a shaft and the ground, or a housing with `support=Flange()` (MSL `Brake`). See `Pressed`."""
+
+
+class SpringAppliedBrake(ShaftFriction):
+    """A brake that springs close and a signal releases, as on hoists: it slides at torque (1 - u), and opens at u >= 1.
+
+    At rest it holds `peak` times that. A magnet or a cylinder lifts the plates against the springs, so that without
+    voltage or pressure the brake is closed (VDI 2241). For a hydraulic release, u is the pressure over the one that
+    opens the brake, from a `PressureSensor` and a `Gain`; for the delay of a magnet, put a `FirstOrder` in between. It
+    reacts on the ground, or on a housing with `support=Flange()`.
+    """
+
+    torque: Param[Scalar, "N.m", nonnegative]  # sliding torque of the closed brake
+    peak: Param[Scalar, "1", positive] = 1.0  # ratio of static to sliding friction, at least 1
+    u: Input = Input()  # release: 0 closed, 1 open
+
+    def requirements(self) -> Requirements:
+        return (require(self.peak >= 1.0, "peak must be at least 1"),)
+
+    def pressed(self) -> Array | bool:
+        return self.u.value < 1.0
+
+    def sliding(self, speed: Scalar) -> Scalar:
+        del speed
+        return self.torque * (1.0 - self.u.value)
+
+    def breakaway(self) -> Scalar:
+        return self.peak * self.sliding(0.0)
+
+    def events(self) -> Events:
+        return super().events() | stick_slip.lets_go(self.mode, self.u.value >= 1.0)
 
 
 class Clutch(Pressed, CouplingFriction):

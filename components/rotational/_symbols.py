@@ -70,6 +70,24 @@ STAGE = Symbol(
     PLANETS + "M0 30h22M30 0v6M60 30h-16v-16h-14M44 30v16h-14",
     solid=circle(30, 14, 1.5) + circle(30, 46, 1.5),
 )
+TYRE = Symbol(
+    60,
+    40,
+    {"shaft": (0, 20), "rod": (60, 20)},
+    circle(30, 18, 15)
+    + circle(30, 18, 9)
+    + "M0 20h21M39 20h21M10 33h40M14 33l-4 5M22 33l-4 5M30 33l-4 5M38 33l-4 5M46 33l-4 5",
+)
+BELT = Symbol(
+    60, 40, ENDS, circle(15, 20, 8) + circle(42, 20, 14) + "M0 20h13M44 20h16M13.3 12.2l25.8-5.9M13.3 27.8l25.8 5.9"
+)
+BRAKE = Symbol(
+    40,
+    40,
+    {**FLANGE, "u": (20, 0)},
+    "M0 20h18M18 6v28M24 8v24M24 20h6M30 8v24M30 12l6-4M30 18l6-4M30 24l6-4M30 30l6-4",
+    dashed="M20 0v6",
+) + with_port("support", 30, 40, "v-8")
 GEAR, BEARING = _gear(), _bearing() + with_port("support", 20, 40, "v-8")
 SPEED_LOAD = _source("τ(ω)")
 
@@ -147,24 +165,16 @@ SYMBOLS = {
         + circle(30, 18, 1.5)
         + "M0 20h15M45 20h15M10 33h40M14 33l-4 5M22 33l-4 5M30 33l-4 5M38 33l-4 5M46 33l-4 5",
     ),
-    "Tyre": Symbol(
-        60,
-        40,
-        {"shaft": (0, 20), "rod": (60, 20)},
-        circle(30, 18, 15)
-        + circle(30, 18, 9)
-        + "M0 20h21M39 20h21M10 33h40M14 33l-4 5M22 33l-4 5M30 33l-4 5M38 33l-4 5M46 33l-4 5",
-    ),
+    "MagicFormula": TYRE,
+    "Tyre": TYRE,
+    "TransientTyre": TYRE + Symbol(0, 0, {}, texts=((30, 18, "σ", 11),)),
+    "Belt": BELT,
+    "FrictionBelt": BELT + Symbol(0, 0, {}, texts=((42, 20, "μ", 11),)),
+    "SynchronousBelt": BELT + Symbol(0, 0, {}, dashed="M13.3 14.2l25.8-5.9M13.3 25.8l25.8 5.9"),
     "Clutch": _plates(solid=head(25, 10, 1, 0, 6) + head(35, 10, -1, 0, 6)),
     "OneWayClutch": _plates("M10 26l8-6-8-6z"),
-    "Brake": Symbol(
-        40,
-        40,
-        {**FLANGE, "u": (20, 0)},
-        "M0 20h18M18 6v28M24 8v24M24 20h6M30 8v24M30 12l6-4M30 18l6-4M30 24l6-4M30 30l6-4",
-        dashed="M20 0v6",
-    )
-    + with_port("support", 30, 40, "v-8"),
+    "Brake": BRAKE,
+    "SpringAppliedBrake": BRAKE + Symbol(0, 0, {}, "M24 2h6l1-2 2 4 2-4 2 4 1-2"),
     "EddyCurrentBrake": Symbol(
         40,
         40,
