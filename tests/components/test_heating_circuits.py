@@ -91,6 +91,30 @@ def test_cross_flow_agrees_with_the_series_of_both_streams_unmixed() -> None:
     assert float(CrossFlow().effectiveness(2.0, 0.0)) == pytest.approx(-np.expm1(-2.0), rel=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("arrangement", "effectiveness", "NTU"),
+    [
+        (CounterFlow(), 0.8748, 100.0 / 30.0),
+        (CounterFlow(), 0.74, 57.01 / 30.0),
+        (ParallelFlow(), 0.6136, 2.5),
+        (ParallelFlow(), 0.61, 69.93 / 30.0),
+        (CrossFlow(), 0.7632, 2.5),
+        (CrossFlow(), 0.61, 40.23 / 30.0),
+    ],
+)
+def test_printed_values_of_the_effectiveness(arrangement: Any, effectiveness: float, NTU: float) -> None:
+    """Heat exchanger library of EES after Nellis, Klein, `Heat Transfer`: streams of 50 and 30 W/K, UA in W/K."""
+    assert float(arrangement.effectiveness(NTU, 0.6)) == pytest.approx(effectiveness, abs=5e-5)
+
+
+def test_a_printed_double_pipe_oil_cooler() -> None:
+    """Incropera, DeWitt, example 11.1: 8524 W from oil at 100 C to water at 30 C, log mean difference 43.2 K."""
+    oil, water = 0.1 * 2131.0, 0.2 * 4178.0
+    NTU = 8524.0 / 43.2 / oil
+    heat = float(CounterFlow().effectiveness(NTU, oil / water)) * oil * (100.0 - 30.0)
+    assert heat == pytest.approx(8524.0, rel=1e-3)
+
+
 def exchanging(hot: Any, bath: Any, cold: Any, exchanger: Any, out_1: Any, out_2: Any) -> Connections:
     return (
         connect(hot.heat, bath.port),
