@@ -22,7 +22,7 @@ from ._identify.identify import identify
 from ._identify.profile import Profile
 from ._identify.residual_tests import ResidualTest
 from ._optimise.design import Design
-from ._optimise.entries import Active, LimitedResult, Sensitivity, Tried
+from ._optimise.entries import Active, LimitedResult, Tried
 from ._optimise.optimise import optimise
 from ._optimise.pareto import Front, pareto
 from ._problem.built import Built
@@ -32,7 +32,8 @@ from ._problem.free_parameters import free_parameters
 from ._problem.limits import Limit, Objective
 from ._sensitivity.hessian import Hessian
 from ._sensitivity.hessian import hessian as hessian
-from ._sensitivity.sensitivities import SensitivityRow, SensitivityTable, sensitivities
+from ._sensitivity.sensitivities import sensitivities
+from ._sensitivity.table import SensitivityRow, SensitivityTable
 from ._sweep.batches import Outcomes
 from ._sweep.sweep import Sample, sweep
 from ._tolerance.percentile import percentile_of
@@ -80,7 +81,6 @@ __all__ = [
     "Sample",
     "Samples",
     "Scale",
-    "Sensitivity",
     "SensitivityRow",
     "SensitivityTable",
     "Spread",

@@ -6,6 +6,12 @@ those of Meloni's thesis (Torino, 2012). Leakage, chamber and closing time of th
 `studies.actuators`.
 """
 
+from ._elasticities import KEYWORDS as KEYWORDS
+from ._elasticities import Elasticities as Elasticities
+from ._elasticities import Leaking as Leaking
+from ._elasticities import elasticities as elasticities
+from ._elasticities import evaluate as evaluate
+from ._elasticities import sweep as sweep
 from ._failures import Failure as Failure
 from ._failures import failures as failures
 from ._main import Row as Row
@@ -16,9 +22,3 @@ from ._runs import outcomes as outcomes
 from ._runs import run as run
 from ._runs import static_power as static_power
 from ._runs import top_up_times as top_up_times
-from ._sensitivities import KEYWORDS as KEYWORDS
-from ._sensitivities import Leaking as Leaking
-from ._sensitivities import Sensitivity as Sensitivity
-from ._sensitivities import evaluate as evaluate
-from ._sensitivities import sensitivities as sensitivities
-from ._sensitivities import sweep as sweep

@@ -10,9 +10,9 @@ from acausal import Solution, Table, displayed
 
 from .._output import ACTUATOR_NAMES, print_table, progress, require_matplotlib, save, write_json
 from ..actuators import STROKE, SUPPLY, ema_fise, hold
+from ._elasticities import Elasticities, Leaking, elasticities, sweep
 from ._failures import FAILURE_HEADS, failure_cells, failures
 from ._runs import DESIGNS, DURATION, run, static_current, static_power, top_up_times
-from ._sensitivities import Leaking, Sensitivity, sensitivities, sweep
 
 HEADS = (
     "method", "motor, held [A]", "battery, mean [A]", "power, mean [W]", "motor [J]", "coil [J]", "total [J]",
@@ -58,12 +58,12 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         require_matplotlib()
     runs = {name: run(DESIGNS[name](), rtol) for name in progress(list(DESIGNS), "holding")}
     rows = [_static_row(), *(_row(name, solution) for name, solution in runs.items()), *_fise_rows()]
-    slopes = [row for name in progress(list(DESIGNS), "differentiating") for row in sensitivities(name, rtol)]
+    slopes = [row for name in progress(list(DESIGNS), "differentiating") for row in elasticities(name, rtol)]
     leaks = [row for name in progress(list(DESIGNS), "sweeping") for row in sweep(name, rtol)]
     lost = failures(rtol)
     tables = [
         (f"Clutch held open for {DURATION:g} s", HEADS, list(_cells(rows))),
-        ("Elasticities", SENSITIVITY_HEADS, list(_sensitivity_cells(slopes))),
+        ("Elasticities", SENSITIVITY_HEADS, list(_elasticity_cells(slopes))),
         ("Other leakage resistances", SWEEP_HEADS, list(_sweep_cells(leaks))),
         ("Loss of the coil or of the battery while the valve holds", FAILURE_HEADS, failure_cells(lost)),
     ]
@@ -71,7 +71,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
         print_table(*table)
     print(_brake())
     if json is not None:
-        write_json(json, rows, sensitivities=slopes, sweep=leaks, failures=lost)
+        write_json(json, rows, elasticities=slopes, sweep=leaks, failures=lost)
     if out is not None:
         from .._report import write_report
         from ._plot import plot_energies, plot_runs
@@ -147,7 +147,7 @@ def _cells(rows: list[Row]) -> Iterable[tuple[str, ...]]:
         )  # fmt: skip
 
 
-def _sensitivity_cells(slopes: list[Sensitivity]) -> Iterable[tuple[str, ...]]:
+def _elasticity_cells(slopes: list[Elasticities]) -> Iterable[tuple[str, ...]]:
     found = {(row.actuator, row.parameter): row for row in slopes}
     for name in dict.fromkeys(row.parameter for row in slopes):
         motor, valve = (found.get((actuator, name)) for actuator in DESIGNS)

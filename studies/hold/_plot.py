@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from acausal import Solution, displayed
 
 from .._output import ACTUATOR_NAMES, COLORS, legend
+from ._elasticities import Leaking
 from ._runs import DURATION, top_up_times
-from ._sensitivities import Leaking
 
 SIGNALS = (
     ("slave.rod.s", "stroke of the slave [mm]", 1e3),

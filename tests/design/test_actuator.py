@@ -70,7 +70,7 @@ def test_a_design_that_gets_nowhere_is_no_hindrance() -> None:
     design = optimise(weak, {"gear.ratio": (1.5, 30.0)}, {"time": (lambda s: s.t1, "ms")}, run=run)
     assert design.status == "optimal"
     assert "The stop condition was never met" in design.failed[0].why
-    slopes = {row.path: row.slope for row in design.sensitivities}
+    slopes = {row.parameter: row.per_unit for row in design.sensitivities.rows}
     assert set(slopes) >= {"supply.V", "motor.resistor.R", "load.J"}
     stronger = replace(drive, {"gear.ratio": design.values["gear.ratio"], "supply.V": 12.0 * (1 + 1e-4)})
     # Ratios beside it are no better, so what changes the time is the voltage alone.

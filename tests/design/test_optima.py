@@ -40,7 +40,7 @@ def test_limit_of_the_motor_speed(method: Any) -> None:
     assert design.values["ratio"] == pytest.approx(15.203135446552093, rel=1e-6)
     assert design.multipliers == pytest.approx({"motor speed": 0.00011030415918090985}, rel=1e-5)
     assert design.curvature.verdict.startswith("a vertex")
-    slopes = {row.path: row.slope for row in design.sensitivities}
+    slopes = {row.parameter: row.per_unit for row in design.sensitivities.rows}
     for name in ("J_load", "torque"):
         times = [_time_at_limit(name, 1.0 + sign * 1e-5) for sign in (1.0, -1.0)]
         value = getattr(GearedLoad(), name)

@@ -94,10 +94,12 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
         unqualified=tuple(_name(name) for name in found.unqualified),
         idle=tuple(_name(name) for name in found.idle if not _is_inner(name)),
         conflict={_name(name): share for name, share in found.conflict.items()},
-        sensitivities=tuple(
-            row._replace(path=_name(row.path))
-            for row in found.sensitivities
-            if row.path.startswith(PLANT) and _name(row.path) not in given
+        sensitivities=found.sensitivities._replace(
+            rows=tuple(
+                row._replace(parameter=_name(row.parameter))
+                for row in found.sensitivities.rows
+                if row.parameter.startswith(PLANT) and _name(row.parameter) not in given
+            )
         ),
         history=tuple(map(tried, found.history)),
         failed=tuple(map(tried, found.failed)),

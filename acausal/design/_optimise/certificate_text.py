@@ -38,7 +38,7 @@ def sections(design: "Design[Any]") -> Iterator[Section]:
     if design.active:
         head = ("active", f"multiplier [{design.objective_scale.unit}]", "")
         yield Section("Multipliers", [head, *(_active_row(design, active) for active in design.active)], degenerate)
-    if design.sensitivities:
+    if design.sensitivities.rows:
         yield _sensitivities(design)
     if len(design.optima()) > 1:
         yield Section("Other optima", _other_optima(design))
@@ -93,16 +93,16 @@ def _degenerate(design: "Design[Any]") -> Iterator[str]:
 
 
 def _sensitivities(design: "Design[Any]") -> Section:
-    ranked = sorted(design.sensitivities, key=lambda row: -abs(row.per_percent))
     rows = [
         (
-            row.path, f"{scale.value(row.value):.5g}", scale.unit,
-            f"{design.objective_scale.difference(row.per_percent):+.3g}",
+            row.parameter, f"{scale.value(row.value):.5g}", scale.unit,
+            f"{design.objective_scale.difference(0.01 * row.value * row.per_unit):+.3g}",
         )
-        for row in ranked[:SHOWN]
+        for row in design.sensitivities.rows[:SHOWN]
         for scale in [Scale.of(row.unit)]
     ]  # fmt: skip
-    notes = [f"and {len(ranked) - SHOWN} that matter less"] if len(ranked) > SHOWN else []
+    more = len(design.sensitivities.rows) - SHOWN
+    notes = [f"and {more} that matter less"] if more > 0 else []
     head = ("fixed parameter", "value", "", f"1 % more changes the optimum by [{design.objective_scale.unit}]")
     return Section("Sensitivities", [head, *rows], notes)
 

@@ -13,9 +13,10 @@ from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipli
 from .._certificate.second_order import quadratic_of
 from .._compute.evaluator import Evaluation
 from .._problem.free import Place
+from .._sensitivity.table import SensitivityTable, sensitivity_table
 from .design import Design, Status
 from .design_problem import DesignProblem
-from .entries import Active, LimitedResult, Sensitivity, Tried
+from .entries import Active, LimitedResult, Tried
 from .local_search import SearchResult
 from .task import Task
 
@@ -65,7 +66,7 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         curvature=_shown(curvature, task, value),
         idle=tuple(name for name, is_one in zip(problem.free.names, idle, strict=True) if is_one),
         conflict=_conflict(outcome),
-        sensitivities=(),
+        sensitivities=sensitivity_table(problem.objective.name, problem.objective.scale, value, []),
         history=tuple(_tried(task, step) for step in trail.steps),
         failed=tuple(_tried(task, step) for step in trail.failed),
         evaluations=trail.evaluations + task.evaluator.evaluations - before,
@@ -121,7 +122,7 @@ def _tried(task: Task, found: Evaluation) -> Tried:
     return Tried(found.x, float(found.values[task.objective]), found.values[task.rows], found.why)
 
 
-def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) -> tuple[Sensitivity, ...]:
+def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) -> SensitivityTable:
     """Derivatives of the Lagrangian, f + sum_i lambda_i g_i, with respect to the fixed parameters."""
     weights = np.zeros(len(task.evaluator.names))
     weights[task.objective] = 1.0
@@ -142,5 +143,5 @@ def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) ->
         for element in np.ndindex(values.shape):
             if (leaf.path, element or None) not in free:
                 name, unit = Place(leaf.path, element or None).name, leaf.declaration.unit
-                rows.append(Sensitivity(name, float(values[element]), unit, float(derivatives[element])))
-    return tuple(rows)
+                rows.append((name, unit, float(values[element]), float(derivatives[element])))
+    return sensitivity_table(design.objective_name, design.objective_scale, design.objective, rows)

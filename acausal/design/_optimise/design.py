@@ -16,8 +16,9 @@ from ..._save_load import load, save
 from ..._units.display import Scale
 from .._certificate.curvature import Curvature
 from .._problem.free import Free
+from .._sensitivity.table import SensitivityTable
 from .certificate_text import as_text, effort, sections, verdict
-from .entries import Active, LimitedResult, Sensitivity, Tried
+from .entries import Active, LimitedResult, Tried
 
 M = TypeVar("M", bound=Component, covariant=True)
 Status = Literal["optimal", "stationary", "infeasible", "unbounded", "interrupted", "not converged"]
@@ -43,7 +44,8 @@ class Design(Generic[M]):
       moderate multipliers satisfy the first-order conditions. An optimum at such limits need not have multipliers.
     - `idle`: variables without effect, during the search and at other values. They keep their values.
     - `curvature`: scaled eigenvalues of the Hessian of the Lagrangian in the free directions.
-    - `sensitivities`: derivatives of the optimum with respect to the fixed parameters.
+    - `sensitivities`: table of the derivatives of the optimum with respect to the fixed parameters, the free ones
+      reoptimised.
     - `history` and `failed`: iterates, and designs that could not be computed, in `evaluations` and `seconds`.
     - `others`: results of the searches from other starts. All searches took `total_evaluations` and `total_seconds`,
       including compilation.
@@ -62,7 +64,7 @@ class Design(Generic[M]):
     active: tuple[Active, ...]
     curvature: Curvature
     conflict: Mapping[str, float]
-    sensitivities: tuple[Sensitivity, ...]
+    sensitivities: SensitivityTable
     history: tuple[Tried, ...]
     failed: tuple[Tried, ...]
     evaluations: int

@@ -1,4 +1,4 @@
-"""Entries of a design: active constraints, limited results, sensitivities and the steps of the search."""
+"""Entries of a design: active constraints, limited results and the steps of the search."""
 
 from typing import Literal, NamedTuple
 
@@ -45,20 +45,6 @@ class LimitedResult(NamedTuple):
         value = f"{self.limit.scale.value(self.value):.6g}"
         margin = f"{100.0 * self.margin:.3g} %"
         return self.limit.name, value, self.limit.text, margin, "broken" if self.is_broken else ""
-
-
-class Sensitivity(NamedTuple):
-    """Derivative of the optimum with respect to a fixed parameter, with the free parameters adapted."""
-
-    path: str
-    value: float
-    unit: str
-    slope: float
-
-    @property
-    def per_percent(self) -> float:
-        """The change of the optimum for 1 % more of the parameter."""
-        return 0.01 * self.value * self.slope
 
 
 class Tried(NamedTuple):

@@ -1,71 +1,18 @@
-"""`sensitivities`: sensitivities of results to all parameters, as a sorted table and chart."""
+"""`sensitivities`: sensitivities of results to all parameters."""
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple, overload
+from typing import overload
 
 import numpy as np
 
-from ..._analyse.table import aligned
 from ..._declare.by_name import parameters
 from ..._declare.component import Component
-from ..._errors import SimulationError, UnknownNameError, suggestion
-from ..._extras import Axes
-from ..._units.display import Scale
+from ..._errors import SimulationError
 from .._compute.evaluator import Evaluator
 from .._problem.free_parameters import free_parameters
 from .._problem.limits import objectives_of
 from .._problem.types import Function, One
-
-MOST = 15  # rows of a chart
-
-
-class SensitivityRow(NamedTuple):
-    """The sensitivity of a result to one parameter.
-
-    `value` is in the declared `unit`, and `per_unit` is d(result)/d(parameter) in SI units per that unit; tables and
-    charts use display units. `relative` is the change of the result in per cent per one per cent of the parameter, nan
-    for a result of zero.
-    """
-
-    parameter: str
-    unit: str
-    value: float
-    per_unit: float
-    relative: float
-
-
-class SensitivityTable(NamedTuple):
-    """Sensitivities of one result to all parameters, the largest relative one first; `print` it."""
-
-    result: str
-    scale: Scale
-    value: float
-    rows: tuple[SensitivityRow, ...]
-
-    def __getitem__(self, key: Any) -> Any:
-        if not isinstance(key, str):
-            return tuple(self)[key]
-        found = {row.parameter: row for row in self.rows}
-        if key not in found:
-            raise UnknownNameError(f"There is no sensitivity to {key!r}.{suggestion(key, found)}")
-        return found[key]
-
-    def __str__(self) -> str:
-        head = ["parameter", "value", "unit", f"change [{self.scale.unit} per unit]", "% per %"]
-        rows = [self._cells(row, Scale.of(row.unit)) for row in self.rows]
-        return f"{self.result} = {self.scale.value(self.value):.6g}{self.scale.text}\n{aligned([head, *rows])}"
-
-    def _cells(self, row: SensitivityRow, scale: Scale) -> list[str]:
-        change = self.scale.difference(row.per_unit) * scale.factor
-        return [
-            row.parameter, f"{scale.value(row.value):.5g}", scale.unit, f"{change:.5g}", f"{row.relative + 0.0:.4f}",
-        ]  # fmt: skip
-
-    def plot(self, ax: Axes | None = None, most: int = MOST) -> Axes:
-        """Draws bars of the change in per cent per one per cent of each parameter; returns the axes."""
-        from .sensitivity_plots import plot_sensitivities
-
-        return plot_sensitivities(self, ax, most)
+from .table import SensitivityTable, sensitivity_table
 
 
 @overload
@@ -97,9 +44,6 @@ def sensitivities(
         raise SimulationError(f"There are no sensitivities: {found.why}.")
     columns = (evaluator.owners, evaluator.names, found.values.tolist(), found.jacobian)
     for owner, name, value, slopes in zip(*columns, strict=True):
-        relative = slopes * x / value if value else np.full(len(x), np.nan)
-        cells = (free.names, free.units, x.tolist(), slopes.tolist(), relative.tolist())
-        rows = [SensitivityRow(*row) for row in zip(*cells, strict=True)]
-        rows.sort(key=lambda row: -abs(row.per_unit * row.value) if np.isnan(row.relative) else -abs(row.relative))
-        tables[name] = SensitivityTable(name, objectives[owner].scale, value, tuple(rows))
+        rows = list(zip(free.names, free.units, x.tolist(), slopes.tolist(), strict=True))
+        tables[name] = sensitivity_table(name, objectives[owner].scale, value, rows)
     return tables if isinstance(results, Mapping) else next(iter(tables.values()))

@@ -2,7 +2,7 @@
 
 from ..._extras import Axes, given_or_new
 from ..._units.display import Scale
-from .sensitivities import SensitivityTable
+from .table import SensitivityTable
 
 
 def plot_sensitivities(table: SensitivityTable, ax: Axes | None, most: int) -> Axes:

@@ -1,4 +1,4 @@
-"""Sensitivities of the energy of a hold to the design, and a sweep over the leakage."""
+"""Elasticities of the energy of a hold, and a sweep over the leakage."""
 
 import dataclasses
 import inspect
@@ -29,7 +29,7 @@ LEAKAGES = tuple(np.geomspace(3e13, 3e15, 7).tolist())  # Pa.s/m3
 
 
 @dataclasses.dataclass(frozen=True)
-class Sensitivity:
+class Elasticities:
     """Elasticities d ln(y) / d ln(parameter).
 
     The number of top-ups is piecewise constant, so the derivative of the energy does not include its changes. The
@@ -52,12 +52,12 @@ class Leaking:
     top_ups: int
 
 
-def sensitivities(actuator: str, rtol: float = 1e-9) -> list[Sensitivity]:
+def elasticities(actuator: str, rtol: float = 1e-9) -> list[Elasticities]:
     """Elasticities of the base case with respect to each keyword, in forward mode."""
     base = KEYWORDS[actuator]
     found, slopes = evaluate(actuator, [{}] * len(base), list(base), rtol)
     return [
-        Sensitivity(
+        Elasticities(
             actuator,
             name,
             float(slopes.energy[i] / found.energy[i]),
