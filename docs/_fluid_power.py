@@ -21,6 +21,7 @@ NAMES: dict[str, tuple[str, str, str, str]] = {
     "Caloric": ("-", "-", "Thermal Liquid Properties (TL)", "-"),
     "Chamber": ("Vessels.ClosedVolume", "VolumeClosed", "Constant Volume Chamber", "FixedVolume"),
     "CirculationPump": ("Machines.PrescribedPump", "-", "Centrifugal Pump", "-"),
+    "CharacteristicLine": ("-", "-", "-", "-"),
     "CheckValve": ("-", "CheckValve", "Check Valve", "-"),
     "ChurchillFriction": ("Pipes.BaseClasses.WallFriction.Detailed", "WallFriction", "Pipe", "friction_factor"),
     "ConstantFlow": ("Sources.MassFlowSource_T", "ConstVolumeSource", "Flow Rate Source", "MassFlow"),

@@ -39,7 +39,8 @@ def remember(delay: Numbers, **signal: Numbers) -> Remember:
 def recall(history: Array, time: Scalar, before: Scalar) -> Scalar:
     """The recorded signal at a time in the past; `before` for times before the start of the run.
 
-    `time` is a variable of the component, stated by an equation such as `eq(self.since, self.t - self.T)`.
+    `time` is a variable of the component, stated by an equation such as `eq(self.since, self.t - self.T)`. The rows of
+    a history hold times, too: for a signal of any unit, use `eq(..., check_units=False)`.
     """
     starts, n = history[:, START], len(history)
     # The last row is empty until the end of its step.

@@ -58,7 +58,9 @@ class Recorded(SISO, partial=True):
         return dict(steady=eq(self.before, self.u.value)) if self.steady else {}
 
     def equations(self, d: Any) -> Equations:
-        return dict(output=eq(self.y.value, recall(self.past, self.since, self.before)), constant=eq(d.before, 0.0))
+        recalled = recall(self.past, self.since, self.before)
+        # The rows hold times, too, but the signal may have any unit.
+        return dict(output=eq(self.y.value, recalled, check_units=False), constant=eq(d.before, 0.0))
 
 
 class FixedDelay(Recorded):

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from ._accumulators import SpringAccumulator as SpringAccumulator
     from ._accumulators import ThermalAccumulator as ThermalAccumulator
     from ._chamber import Chamber as Chamber
+    from ._characteristic_line import CharacteristicLine as CharacteristicLine
     from ._controlled_pumps import LoadSensingPump as LoadSensingPump
     from ._controlled_pumps import PowerLimitedPump as PowerLimitedPump
     from ._controlled_pumps import PressureCompensatedPump as PressureCompensatedPump

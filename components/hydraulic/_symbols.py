@@ -127,6 +127,7 @@ SYMBOLS = VALVES | {
     "Segments": PIPE,
     "Pipe": PIPE,
     "UnsteadyFrictionPipe": PIPE,
+    "CharacteristicLine": PIPE,
     "Line": Symbol(
         60, 20, {"a": (0, 10), "b": (60, 10)}, "M0 10h8q22 14 44 0h8", solid=circle(8, 10, 2.5) + circle(52, 10, 2.5)
     ),
