@@ -1,11 +1,13 @@
 """The constraints of a system, by connected sets."""
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from .._reduce.chain import Steps, chain
 from .._reduce.graph import sharing
+from .._reduce.incidence import Pair
 from .._reduce.sort import Sorted
 from .._reduce.states import nominal_of
 from .constraints import Constraints
@@ -13,18 +15,48 @@ from .plan import Plan
 from .program import chained_program_of
 
 
-def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_invariant: bool) -> Constraints:
-    """All constraints, or the connected sets with an invariant, onto which a run is projected.
+def all_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constraints:
+    """All constraints, in all variables below their highest derivatives."""
+    return _made(ordered, plan, kinds, [([], rows) for rows in _connected(ordered)], ordered.constrained)
 
-    In the latter, dependent variables follow from the states where equations determine them one by one. They are no
-    variables then, so the matrices are small.
+
+def invariants_of(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constraints:
+    """The connected sets of constraints with an invariant, onto which a run is projected, in the states."""
+    return _chained(
+        ordered,
+        plan,
+        kinds,
+        [rows for rows in _connected(ordered) if not ordered.invariants.isdisjoint(rows)],
+        ordered.states,
+    )
+
+
+def remaining_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int], held: Sequence[Pair]) -> Constraints:
+    """The constraints that are left at a start where pairs are `held`, in these pairs and the states."""
+    return _chained(ordered, plan, kinds, _connected(ordered), held, ordered.states)
+
+
+def _chained(
+    ordered: Sorted, plan: Plan, kinds: dict[int, int], sets: list[list[int]], *known: Sequence[Pair]
+) -> Constraints:
+    """Constraints in the known pairs. Dependent variables that follow from them where equations determine them one by
+    one are no variables, so the matrices are small.
     """
-    chosen = [rows for rows in _connected(ordered) if _wanted(ordered, rows, only_invariant)]
-    chains = [chain(ordered, rows, ordered.states) if only_invariant else [] for rows in chosen]
-    rest = [_without(rows, steps) for rows, steps in zip(chosen, chains, strict=True)]
-    sets = [chained_program_of(ordered, steps, rows, kinds) for steps, rows in zip(chains, rest, strict=True)]
-    used = {pair for use in sets for pair in use.values}
-    pairs = [pair for pair in ordered.constrained if pair in used] if only_invariant else ordered.constrained
+    chains = [chain(ordered, rows, *known) for rows in sets]
+    rest = [(steps, _without(rows, steps)) for steps, rows in zip(chains, sets, strict=True)]
+    return _made(ordered, plan, kinds, [(steps, rows) for steps, rows in rest if rows], None)
+
+
+def _made(
+    ordered: Sorted, plan: Plan, kinds: dict[int, int], sets: list[tuple[Steps, list[int]]], pairs: list[Pair] | None
+) -> Constraints:
+    """Sets of constraints, each with the steps that determine dependent variables. The variables are those that the
+    constraints read, unless all `pairs` are wanted.
+    """
+    uses = [chained_program_of(ordered, steps, rows, kinds) for steps, rows in sets]
+    if pairs is None:
+        used = {pair for use in uses for pair in use.values}
+        pairs = [pair for pair in ordered.constrained if pair in used]
     own = Plan([], pairs, plan.shapes)
     counts = [plan.size(v) for v, _ in pairs]
     sizes = np.repeat([nominal_of(ordered.table, pair) for pair in pairs], counts)
@@ -35,8 +67,8 @@ def constraints_of(ordered: Sorted, plan: Plan, kinds: dict[int, int], *, only_i
             elements = np.arange(plan.size(pair[0]))
             places.append(first[pair] + elements)
             ours.append(start + elements)
-    groups = own.residual_groups(sets)
-    rows_of = {id(use): rows for use, rows in zip(sets, rest, strict=True)}
+    groups = own.residual_groups(uses)
+    rows_of = {id(use): rows for use, (_, rows) in zip(uses, sets, strict=True)}
     names = [name for group in groups for use in group.uses for name in _names(ordered, rows_of[id(use)])]
     return Constraints(list(pairs), own, groups, names, sizes, np.concatenate(places), np.concatenate(ours))
 
@@ -51,10 +83,6 @@ def _names(ordered: Sorted, rows: list[int]) -> list[str]:
     table = ordered.table
     sizes = [math.prod(table.place(row)[0].template.shape) for row in rows]
     return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
-
-
-def _wanted(ordered: Sorted, rows: list[int], only_invariant: bool) -> bool:
-    return not only_invariant or not ordered.invariants.isdisjoint(rows)
 
 
 def _connected(ordered: Sorted) -> list[list[int]]:

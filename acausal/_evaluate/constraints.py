@@ -16,7 +16,7 @@ from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .blocks import Known, residuals
 from .groups import Group, Segments, over_members
-from .implicit import Function, Inverse, nearest, refined
+from .implicit import Function, Inverse, nearest, refined, valued_slopes
 from .once import once
 from .packing import ModelParameters
 from .plan import Plan
@@ -97,7 +97,7 @@ class Constraints:
 
 def _is_linear(program: Program) -> bool:
     """Whether residuals are linear in the variables with constant coefficients."""
-    forms = [step.template.form for step in program.residuals]
+    forms = [step.template.form for step in (*program.steps, *program.residuals)]
     return not any(form.nonlinear or any(term.on for term in form.terms.values()) for form in forms)
 
 
@@ -151,17 +151,20 @@ def loose_inverse(matrix: Array) -> Array:
     return jnp.linalg.pinv(matrix, rtol=LOOSE)
 
 
-def _basis(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
-    """A direction for each constraint that changes it by its size and no other one, and the sizes of constraints."""
-    slopes = jax.jacfwd(g)(z)
+def _basis(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array, Array]:
+    """A direction for each constraint that changes it by its size and no other one, the sizes of constraints, and
+    their violations relative to these sizes.
+    """
+    slopes, value = valued_slopes(g)(z)
     rows = row_scale(slopes)
-    return root[:, None] * inverse(root * slopes / rows[:, None]), rows
+    return root[:, None] * inverse(root * slopes / rows[:, None]), rows, value / rows
 
 
 def back(g: Callable[[Array], Array], z: Array, root: Array, inverse: Inverse) -> tuple[Array, Array]:
     """A few steps of simplified Newton iteration with one Jacobian."""
-    basis, rows = _basis(g, z, root, inverse)
-    for _ in range(SWEEPS):
+    basis, rows, missing = _basis(g, z, root, inverse)
+    z = z - basis @ missing
+    for _ in range(SWEEPS - 1):
         z = z - basis @ (g(z) / rows)
     return z, rows
 
@@ -177,8 +180,7 @@ def find(g: Callable[[Array], Array], z: Numbers, root: Array, inverse: Inverse)
 
     def step(carry: PyTree) -> PyTree:
         z = carry[-1]
-        basis, rows = _basis(g, z, root, inverse)
-        missing = g(z) / rows
+        basis, rows, missing = _basis(g, z, root, inverse)
         trials = z - SHARES[:, None] * (basis @ missing)
         violations = jax.vmap(lambda z: jnp.max(jnp.abs(g(z)) / rows))(trials)
         best = jnp.argmin(jnp.where(jnp.isfinite(violations), violations, jnp.inf))

@@ -2,7 +2,7 @@
 
 import functools as ft
 from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -22,8 +22,9 @@ Inverse = Callable[[Array], Array]
 
 
 class _Here(NamedTuple):
-    """Derivatives at a point with multipliers m: C = dg/dx, its pseudo-inverse, and H = d(C^T m)/dx."""
+    """The value of g at a point, and derivatives with multipliers m: C = dg/dx, its pseudo-inverse, H = d(C^T m)/dx."""
 
+    value: Array
     slopes: Array
     inverse: Array
     multipliers: Array
@@ -82,7 +83,8 @@ def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree)
 
     def step(carry: PyTree) -> PyTree:
         count, _, x = carry
-        move = _here(g, inverse, x, start, args).step(x - start, g(x, args))
+        here = _here(g, inverse, x, start, args)
+        move = here.step(x - start, here.value)
         return count + 1, jnp.max(jnp.abs(move), initial=0.0), x + move
 
     def goes_on(carry: PyTree) -> Numbers:
@@ -93,17 +95,28 @@ def refined(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree)
     before, after = (jnp.linalg.norm(point - start) for point in (x, end))
     # Newton's method may have found another root: the result must not be farther from `start` than x, except for about
     # the first step, which meets the conditions.
-    needed = 2.0 * jnp.linalg.norm(inverse(jax.jacfwd(g)(x, args)) @ g(x, args))
+    slopes, value = valued_slopes(g)(x, args)
+    needed = 2.0 * jnp.linalg.norm(inverse(slopes) @ value)
     # Rounding may keep the last step above STILL: below FARTHER, it also counts as converged.
     is_good = (size < FARTHER) & (after <= before + needed + FARTHER * (1.0 + before))
     return jnp.where(is_good, end, x)
 
 
 def _here(g: Function, inverse: Inverse, x: Array, start: Array, args: PyTree) -> _Here:
-    slopes = jax.jacfwd(g)(x, args)
+    slopes, value = valued_slopes(g)(x, args)
     found = inverse(slopes)
     multipliers = -(found.T @ (x - start))
-    return _Here(slopes, found, multipliers, jax.jacfwd(lambda x: _pull(g, multipliers, x, args))(x))
+    return _Here(value, slopes, found, multipliers, jax.jacfwd(lambda x: _pull(g, multipliers, x, args))(x))
+
+
+def valued_slopes(g: Callable[..., Array]) -> Callable[..., tuple[Array, Array]]:
+    """The Jacobian of a function by its first argument, and its value, from one evaluation."""
+
+    def twice(*arguments: Any) -> tuple[Array, Array]:
+        value = g(*arguments)
+        return value, value
+
+    return jax.jacfwd(twice, has_aux=True)
 
 
 def _pull(g: Function, multipliers: Array, x: Array, args: PyTree) -> Array:

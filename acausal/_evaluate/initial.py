@@ -11,8 +11,8 @@ from jax import Array
 from .._numbers import Numbers
 from .._reduce.incidence import Pair
 from .._tracing import is_traced
-from .chained_starts import chained
-from .constraints import TOLERANCE
+from .chained_starts import ChainedStarts
+from .constraints import TOLERANCE, placed
 from .given_unknowns import GivenUnknowns, given_unknowns
 from .intake import LARGE
 from .packing import ModelParameters
@@ -66,18 +66,18 @@ def initial_state(system: System, t0: Numbers, inputs: Inputs) -> tuple[Array, A
 
 def _projected(system: System, t0: Numbers, inputs: Inputs, given: np.ndarray) -> tuple[Array, Array]:
     """The projection of the start point onto the constraints."""
-    constraints = system.constraints
-    x0 = start_point(system, inputs)
-    weight = constraints.weights(given)
-    first = chained(system, x0, given, t0, inputs)
+    starts, x0 = ChainedStarts(system, given), start_point(system, inputs)
+    rest, places = starts.remaining, starts.places
+    first, weight = starts.guess(x0, t0, inputs), rest.weights(given[places])
 
     def project(x: Array, _: None) -> tuple[Array, None]:
-        return constraints.projected(jnp.where(given, x0, x), weight, t0, inputs.params, far=True), None
+        return rest.projected(jnp.where(given[places], x0[places], x), weight, t0, inputs.params, far=True), None
 
     # The constraints are nonlinear, so the first projection moves given values slightly. They are reset, and the
     # second projection, which starts near a solution, keeps them.
-    x = jax.lax.scan(project, first, None, length=2)[0]
-    missed = given & ~(jnp.abs(x - x0) <= TOLERANCE * (constraints.sizes + jnp.abs(x0)))
+    found = jax.lax.scan(project, first[places], None, length=2)[0]
+    x = starts.values(placed(first, places, found), t0, inputs)
+    missed = given & ~(jnp.abs(x - x0) <= TOLERANCE * (system.constraints.sizes + jnp.abs(x0)))
     return x, jnp.where(jnp.any(missed), missed, _disagreement(system, inputs) | ~jnp.isfinite(x))
 
 

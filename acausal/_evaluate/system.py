@@ -20,7 +20,7 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .carried import Carried
-from .constraint_sets import constraints_of
+from .constraint_sets import all_constraints, invariants_of
 from .constraints import Constraints
 from .equation_instants import EquationInstants, equation_instants
 from .event_set import EventSet
@@ -158,7 +158,7 @@ class System:
     @ft.cached_property
     def constraints(self) -> Constraints:
         """The equations between variables below their highest derivatives, valid at every time."""
-        return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=False)
+        return all_constraints(self.ordered, self.plan, self.kind_index)
 
     @ft.cached_property
     def constrained(self) -> frozenset[Pair]:
@@ -168,7 +168,7 @@ class System:
     @ft.cached_property
     def invariants(self) -> Constraints:
         """The constraints onto which the states of a run are projected."""
-        return constraints_of(self.ordered, self.plan, self.kind_index, only_invariant=True)
+        return invariants_of(self.ordered, self.plan, self.kind_index)
 
     @ft.cached_property
     def events(self) -> EventSet | None:

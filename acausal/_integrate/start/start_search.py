@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._declare.past import Past
-from ..._evaluate.chained_starts import chained
+from ..._evaluate.chained_starts import ChainedStarts
 from ..._evaluate.constraints import CLOSE, placed
 from ..._evaluate.initial import given_pairs, start_point
 from ..._evaluate.observe import observe
@@ -132,7 +132,7 @@ def search_start(
     if easy is not None:
         easy_inputs = Inputs(system.intake.packed(easy), inputs.starts, problem.given)
         easier = Values(easy_inputs, t0, constants, sizes)
-    x0 = chained(system, start_point(system, inputs), given_pairs(system, inputs), t0, inputs)
+    x0 = ChainedStarts(system, given_pairs(system, inputs)).guess(start_point(system, inputs), t0, inputs)
     unknowns = trim.unknowns(params, sizes)
 
     def root(discrete: Array | None) -> tuple[Ends, Array]:
