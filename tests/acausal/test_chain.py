@@ -3,6 +3,7 @@
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from _mechanisms import Pendulum, PointOnRod
@@ -51,8 +52,8 @@ def test_a_start_is_searched_in_the_states() -> None:
     system = choose_states(SquaredRod())
     assert left_at_the_start(SquaredRod(), system) == ({"x", "y", "u", "v"}, 2)
     start = simulate(SquaredRod(), 0.0, save="end", system=system).final
-    np.testing.assert_allclose([start.x, start.y], np.array([0.6, -0.7]) / np.hypot(0.6, 0.7), rtol=1e-9)
-    np.testing.assert_allclose([start.across, start.down], [start.x**2, start.y**2], rtol=1e-12)
+    np.testing.assert_allclose(jnp.stack([start.x, start.y]), np.array([0.6, -0.7]) / np.hypot(0.6, 0.7), rtol=1e-9)
+    np.testing.assert_allclose(jnp.stack([start.across, start.down]), jnp.stack([start.x**2, start.y**2]), rtol=1e-12)
 
 
 def test_a_given_dependent_variable_stays_among_those_searched() -> None:
@@ -60,7 +61,7 @@ def test_a_given_dependent_variable_stays_among_those_searched() -> None:
     system = choose_states(model)
     assert left_at_the_start(model, system) == ({"x", "y", "u", "v", "across"}, 3)
     start = simulate(model, 0.0, save="end", system=system).final
-    np.testing.assert_allclose([start.x, start.y, start.down], [0.5, -np.sqrt(0.75), 0.75], rtol=1e-9)
+    np.testing.assert_allclose(jnp.stack([start.x, start.y, start.down]), [0.5, -np.sqrt(0.75), 0.75], rtol=1e-9)
     with pytest.raises(SimulationError, match="x cannot have the value it is given"):
         simulate(SquaredRod(x=0.6, across=0.25), 0.0)
 
