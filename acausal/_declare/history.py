@@ -9,16 +9,17 @@ from jax import Array
 from .._numbers import Numbers, Scalar
 
 DEGREE = 4  # of the polynomials, as of the dense output of a step
-# The positions in a step at which a signal is recorded, from -1 to 1, and one between them, where they err most.
+# Positions in a step, from -1 to 1: the Chebyshev nodes at which a signal is recorded, and one near the largest error.
 NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 BETWEEN = 0.4
 _COEFFICIENTS = np.linalg.inv(np.vander(NODES, increasing=True))
-START, ORDER, WIDTH, FIRST = 0, 1, 2, 3  # the columns of a history: about a step, then coefficients
+# Columns of a history: start time, order of the break there, width of the step, first of the coefficients
+START, ORDER, WIDTH, FIRST = 0, 1, 2, 3
 ROW = FIRST + DEGREE + 1  # numbers in the row of a step
 
 
 class Remember(NamedTuple):
-    """A signal whose history a run keeps, by the name of the discrete variable, for reads after `delay`."""
+    """A signal to record, by the name of the discrete variable that holds its history, and the delay of the reads."""
 
     delay: Numbers
     signals: dict[str, Numbers]
@@ -29,9 +30,9 @@ def remember(delay: Numbers, **signal: Numbers) -> Remember:
 
     The history is declared as `past: Discrete[Vector, "", shape("n", ROW)] = -jnp.inf`. Each step adds a row to it: the
     polynomial of degree 4 through five values of the signal. The error of the polynomial counts as an error of the
-    step. No step is longer than `delay` in s, which is positive and computed from parameters and discrete variables, so
-    that whatever is recalled has been recorded. A jump of the signal, and a kink at an event, are events again after
-    `delay`. A run fails if n rows do not reach back by `delay`.
+    step. `delay` in s is positive and computed from parameters and discrete variables. No step is longer, so a value is
+    recorded before it is recalled. A jump of the signal, and a kink at an event, are events again after `delay`. A run
+    fails if n rows do not reach back by `delay`.
     """
     return Remember(delay, signal)
 
@@ -39,8 +40,8 @@ def remember(delay: Numbers, **signal: Numbers) -> Remember:
 def recall(history: Array, time: Scalar, before: Scalar) -> Scalar:
     """The recorded signal at a time in the past; `before` for times before the start of the run.
 
-    `time` is a variable of the component, stated by an equation such as `eq(self.since, self.t - self.T)`. The rows of
-    a history hold times, too: for a signal of any unit, use `eq(..., check_units=False)`.
+    `time` must be a variable of the component, stated by an equation such as `eq(self.since, self.t - self.T)`. A
+    history holds times and values without units, so use `eq(..., check_units=False)` for a signal with a unit.
     """
     starts, n = history[:, START], len(history)
     # The last row is empty until the end of its step.

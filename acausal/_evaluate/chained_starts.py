@@ -22,8 +22,7 @@ from .system import System
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ChainedStarts:
-    """The start values of the constrained pairs, where a value that follows from others by a single equation is not
-    searched.
+    """The start values of the constrained pairs. The search omits those that follow from others one equation at a time.
 
     Values that are `given`, a mask of elements, have priority over the remaining states.
     """
@@ -38,8 +37,8 @@ class ChainedStarts:
         return self._plan.collect(store, pairs)
 
     def guess(self, x: Float[Array, " elements"], t: Numbers, inputs: Inputs) -> Float[Array, " elements"]:
-        """A point from which a search for values that satisfy all constraints starts near its solution, and not where
-        derivatives do not exist, such as at a vector of zeros that is normalised.
+        """The initial guess of the search. It contains the values that follow from others, to avoid points without
+        derivatives, such as a vector of zeros that is normalised.
         """
         found = self.values(x, t, inputs)
         return jnp.where(jnp.isfinite(found), found, x)
@@ -48,7 +47,7 @@ class ChainedStarts:
     def remaining(self) -> Constraints:
         """The constraints between the values that do not follow from others."""
         system = self.system
-        return remaining_constraints(system.ordered, system.plan, system.kind_index, self._held)
+        return remaining_constraints(system.ordered, system.plan, system.kind_index, self._given_pairs)
 
     @ft.cached_property
     def places(self) -> np.ndarray:
@@ -57,7 +56,7 @@ class ChainedStarts:
         return np.concatenate([np.zeros(0, int), *own])
 
     @ft.cached_property
-    def _held(self) -> list[Pair]:
+    def _given_pairs(self) -> list[Pair]:
         pairs = self.system.constraints.pairs
         ends = np.cumsum([self.system.plan.size(variable) for variable, _ in pairs])
         return [pair for pair, end in zip(pairs, ends.tolist(), strict=True) if self.given[end - 1]]
@@ -65,7 +64,7 @@ class ChainedStarts:
     @ft.cached_property
     def _plan(self) -> Plan:
         system, ordered = self.system, self.system.ordered
-        steps = chain(ordered, ordered.constraints, self._held, ordered.states)
+        steps = chain(ordered, ordered.constraints, self._given_pairs, ordered.states)
         levels = _levels(ordered, steps)
         uses = [(levels[step[1]], chained_program_of(ordered, [step], [], system.kind_index)) for step in steps]
         return Plan(uses, system.constraints.pairs, system.plan.shapes)

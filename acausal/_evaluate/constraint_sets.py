@@ -31,16 +31,16 @@ def invariants_of(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constra
     )
 
 
-def remaining_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int], held: Sequence[Pair]) -> Constraints:
-    """The constraints that are left at a start where pairs are `held`, in these pairs and the states."""
-    return _chained(ordered, plan, kinds, _connected(ordered), held, ordered.states)
+def remaining_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int], given: Sequence[Pair]) -> Constraints:
+    """The constraints that remain at a start with `given` pairs, in these pairs and the states."""
+    return _chained(ordered, plan, kinds, _connected(ordered), given, ordered.states)
 
 
 def _chained(
     ordered: Sorted, plan: Plan, kinds: dict[int, int], sets: list[list[int]], *known: Sequence[Pair]
 ) -> Constraints:
-    """Constraints in the known pairs. Dependent variables that follow from them where equations determine them one by
-    one are no variables, so the matrices are small.
+    """Constraints in the known pairs. Dependent variables that follow from them one by one are eliminated, so the
+    matrices are small.
     """
     chains = [chain(ordered, rows, *known) for rows in sets]
     rest = [(steps, _without(rows, steps)) for steps, rows in zip(chains, sets, strict=True)]

@@ -88,7 +88,7 @@ def _solved(rows: list[_Row]) -> list[Any]:
     """The solution by operations on arrays, which are fewer."""
     n = len(rows)
     shape = jnp.broadcast_shapes(*(jnp.shape(value) for row in rows for value in row if value is not None))
-    # Not one array: in reverse mode, the matrix is a known number and the right-hand side an unknown tangent.
+    # Separate arrays, because jax transposes a solve only if the matrix does not depend on the unknown tangents.
     matrices, constants = stacked([row[:n] for row in rows], shape), stacked([row[n:] for row in rows], shape)
     solve = lambda a, b: linear_solver(a, is_refined=True)(-b[:, 0])  # noqa: E731
     # A batch of one would compile to more operations.

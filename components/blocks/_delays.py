@@ -1,4 +1,4 @@
-"""Delays of continuous signals: exact ones, which keep the history, and polynomial approximations of the history."""
+"""Delays of continuous signals: exact by a recorded history, or approximated by a polynomial over the history."""
 
 from typing import Any, Self
 
@@ -47,7 +47,7 @@ class Recorded(SISO, partial=True):
     n: int = 64  # number of steps that the history holds
     steady: bool = True  # u was constant before the start; otherwise it was the start value of `before`
     t: Time[Scalar, "s"] = 0.0
-    since: Var[Scalar, "s"] = 0.0  # time whose u leaves the block
+    since: Var[Scalar, "s"] = 0.0  # time at which the present y entered
     before: Var[Scalar, "", prefer] = 0.0  # u before the start of the run
     past: Discrete[Vector, "", of_shape("n", ROW)] = -jnp.inf
 
@@ -59,7 +59,7 @@ class Recorded(SISO, partial=True):
 
     def equations(self, d: Any) -> Equations:
         recalled = recall(self.past, self.since, self.before)
-        # The rows hold times, too, but the signal may have any unit.
+        # A history has no units.
         return dict(output=eq(self.y.value, recalled, check_units=False), constant=eq(d.before, 0.0))
 
 
@@ -71,8 +71,8 @@ class FixedDelay(Recorded):
     the error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is
     short compared with the time span of the run is slow. A run fails if it takes more than n steps in T.
     `resume=True` continues a run with its history. A model with this block cannot be linearised, exported as C code
-    or run backwards; `PadeDelay` can. Differential equations with a delay are integrated by the method of steps
-    (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
+    or run backwards; one with a `PadeDelay` can. Differential equations with a delay are integrated by the method of
+    steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
     """
 
     T: Param[Scalar, "s", positive]  # delay

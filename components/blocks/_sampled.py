@@ -68,7 +68,7 @@ class SampledDelay(SampleLine):
     """y = u of n samples ago, held until the next sample: a delay by n periods, exact for sampled signals.
 
     As MSL `UnitDelay` for n = 1, the default. y is `held`, and then `line`, until n samples have passed; all are 0 by
-    default. For the delay of a continuous signal see `PadeDelay`.
+    default. For the delay of a continuous signal see `FixedDelay`.
     """
 
     n: int = 1

@@ -51,12 +51,12 @@ class Brake(Pressed, ShaftFriction):
 
 
 class SpringAppliedBrake(ShaftFriction):
-    """A brake that springs close and a signal releases, as on hoists: it slides at torque (1 - u), and opens at u >= 1.
+    """A brake closed by springs and released by a signal, as on hoists: sliding torque (1 - u), open at u >= 1.
 
-    At rest it holds `peak` times that. A magnet or a cylinder lifts the plates against the springs, so that without
-    voltage or pressure the brake is closed (VDI 2241). For a hydraulic release, u is the pressure over the one that
-    opens the brake, from a `PressureSensor` and a `Gain`; for the delay of a magnet, put a `FirstOrder` in between. It
-    reacts on the ground, or on a housing with `support=Flange()`.
+    At rest it holds `peak` times the sliding torque. A magnet or a cylinder lifts the plates against the springs, so
+    that without voltage or pressure the brake is closed (VDI 2241). For a hydraulic release, u is the pressure over the
+    one that opens the brake, from a `PressureSensor` and a `Gain`. For the delay of a magnet, put a `FirstOrder` in
+    between. The brake reacts on the ground, or on a housing with `support=Flange()`.
     """
 
     torque: Param[Scalar, "N.m", nonnegative]  # sliding torque of the closed brake

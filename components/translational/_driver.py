@@ -7,7 +7,8 @@ from acausal import Equations, Param, Scalar, eq, unbounded
 from .._limit import positive_part
 from ..blocks import LimitedController, Output, TimeSeries
 
-# UNECE Regulations 83 and 101, part two of the operating cycle, with constant speed while the gear is changed.
+# Speed in km/h over time in s: UNECE Regulations 83 and 101, part two of the operating cycle, with constant speed while
+# the gear is changed.
 EUDC = {
     0: 0, 20: 0, 25: 15, 27: 15, 36: 35, 38: 35, 46: 50, 48: 50, 61: 70, 111: 70, 119: 50, 188: 50, 201: 70, 251: 70,
     286: 100, 316: 100, 336: 120, 346: 120, 362: 80, 370: 50, 380: 0, 400: 0,

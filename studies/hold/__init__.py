@@ -1,4 +1,4 @@
-"""Battery energy to hold the clutch open for a minute, by the motor or by a valve, and its sensitivities.
+"""Battery energy to hold the clutch open for a minute, by the motor or by a valve, and its elasticities.
 
 (a) The motor holds alone, with a PI controller. (b) A normally open valve, closed by its coil, holds while the motor is
 off. Liquid leaks past the seals until a two-point controller runs the motor again (a top-up). Actuator and valve are

@@ -18,7 +18,7 @@ HEADS = (
     "method", "motor, held [A]", "battery, mean [A]", "power, mean [W]", "motor [J]", "coil [J]", "total [J]",
     "top-ups", "lowest [mm]", "highest [mm]",
 )  # fmt: skip
-SENSITIVITY_HEADS = ("parameter", *(f"energy, {ACTUATOR_NAMES[name]}" for name in DESIGNS), "time between top-ups")
+ELASTICITY_HEADS = ("parameter", *(f"energy, {ACTUATOR_NAMES[name]}" for name in DESIGNS), "time between top-ups")
 SWEEP_HEADS = ("leakage resistance [bar.s/cm3]", *(f"{ACTUATOR_NAMES[name]} [J]" for name in DESIGNS), "top-ups")
 ABOUT = """Battery energy to hold the clutch open for a minute, by the motor or by a valve.
 
@@ -63,7 +63,7 @@ def main(json: Path | None = None, out: Path | None = None, rtol: float = 1e-9) 
     lost = failures(rtol)
     tables = [
         (f"Clutch held open for {DURATION:g} s", HEADS, list(_cells(rows))),
-        ("Elasticities", SENSITIVITY_HEADS, list(_elasticity_cells(slopes))),
+        ("Elasticities", ELASTICITY_HEADS, list(_elasticity_cells(slopes))),
         ("Other leakage resistances", SWEEP_HEADS, list(_sweep_cells(leaks))),
         ("Loss of the coil or of the battery while the valve holds", FAILURE_HEADS, failure_cells(lost)),
     ]

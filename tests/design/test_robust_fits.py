@@ -123,16 +123,20 @@ def test_a_large_scale_is_the_sum_of_squares(loss: str) -> None:
 
 
 def test_priors_keep_the_square() -> None:
-    """A prior that is far off pulls as with squares: its residual exceeds the scale, and data of no weight do not."""
+    """The influence of the data is bounded, and that of a prior that is far off is not: 2 psi(x - 1) = (9 - x)/4."""
 
     def predict(model: Decay) -> dict[str, Any]:
         return {"y": jnp.stack([model.size, model.size])}
 
-    experiment = Experiment(predict, {"y": [1.0, 1.0]}, {"y": 1.0})
+    def fit(loss: Any, std: float) -> Fit[Decay]:
+        experiment = Experiment(predict, {"y": [1.0, 1.0]}, {"y": 1.0})
+        return identify(Decay(), {"size": (0.0, 10.0)}, experiment, priors={"size": Normal(9.0, std)}, loss=loss)
+
+    np.testing.assert_allclose(fit("huber", 2.0).estimates, 17.0 / 9.0, rtol=1e-6)
+    r = fit("soft_l1", 2.0).estimates[0] - 1.0
+    np.testing.assert_allclose(2.0 * r / np.sqrt(1.0 + r**2), (8.0 - r) / 4.0, rtol=1e-6)
     for loss in LOSSES:
-        fit = identify(Decay(), {"size": (0.0, 10.0)}, experiment, priors={"size": Normal(9.0, 1e-3)}, loss=loss)
-        np.testing.assert_allclose(fit.estimates, 9.0, atol=1e-4)
-        np.testing.assert_allclose(fit.std, 1e-3, rtol=0.3)
+        np.testing.assert_allclose(fit(loss, 1e-3).std, 1e-3, rtol=0.3)
 
 
 def test_density_is_that_of_the_loss() -> None:

@@ -19,7 +19,7 @@ _POSITIONS = np.append(NODES, BETWEEN)
 
 
 class StepRow(NamedTuple):
-    """The carried part of the vector with the row of a step, and the largest interpolation error in tolerances."""
+    """The carried part of the vector with the row of a step, and the largest interpolation error over its tolerance."""
 
     carried: Vector
     misfit: Array
@@ -48,7 +48,7 @@ class Histories:
         return self.begun(t0, y, jnp.zeros(len(self.places)))
 
     def completed(self, path: Span) -> StepRow:
-        """The signals on the path of a step, as the last rows of the histories."""
+        """Records the signals on the path of a step in the last rows of the histories."""
         layout, forward = path.layout, self.args.forward
         t0, t1 = path.inner.t0, path.inner.t1
         held = jax.lax.stop_gradient((t0, t1))
@@ -68,7 +68,7 @@ class Histories:
         return StepRow(carried, jnp.where(jnp.isnan(misfit), jnp.inf, misfit))
 
     def begun(self, t: Array, y: Vector, order: Array) -> Vector:
-        """The vector with the rows of the next step, whose start t is a break of an order, infinite for none."""
+        """The vector with rows for the next step, which starts at t with breaks of these orders, infinite for none."""
         for place, own in zip(self.places, order, strict=True):
             first = jnp.stack([t, jnp.where(jnp.isfinite(own), own, -jnp.inf), *[jnp.asarray(-jnp.inf)] * (ROW - 2)])
             y = y.at[place].set(jnp.concatenate([y[place[1:]], first[None]]))
@@ -76,7 +76,7 @@ class Histories:
 
     def order(self, t: Array, y: Vector, triggered: Array, highest: int) -> Array:
         """The order of the break of each signal at the end of a step: 0 for a jump, 1 for a kink at another event, and
-        one more than the signal that has returned, up to the `highest`; infinite without a break.
+        one more than the lowest order of the breaks that return. It is infinite without a break or above `highest`.
         """
         last = jnp.stack([y[place[-1]] for place in self.places])
         new = self._signals(self.args.forward * t, y)

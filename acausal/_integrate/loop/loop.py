@@ -135,7 +135,7 @@ class StepLoop(Steps):
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, step_args)
             y = layout.with_part(y, layout.peaks, new)
-        settled = self.remembered_signals(settled._replace(y=y), triggered)
+        settled = self.with_histories(settled._replace(y=y), triggered)
         y = settled.y
         rows = self.saved(path, c, t, keep)
         record = self.recorded(c, settled, y, keep, {"inner": info, "start": t0, "end": t1, "carried": carried})
@@ -162,7 +162,7 @@ class StepLoop(Steps):
     ) -> tuple[Carry, Array, Array, Array]:
         """The loop state after the first events in a step, or else at its end. Also the times located in the step at
         which equations change, up to the first of which the step must be repeated; and whether a relation that has just
-        changed changes back immediately, so that the step must be shorter. Last, the events that begin there.
+        changed changes back immediately, so that the step must be shorter; and the triggered events.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None

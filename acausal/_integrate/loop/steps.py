@@ -90,11 +90,11 @@ class Steps:
         return jnp.where(t + wish > end - 100.0 * self.args.tick(end), end, t + wish)
 
     def allowed(self, wish: Array, y: Vector) -> Array:
-        """The size of a step, limited by the delays of signals."""
+        """A step size limited by the shortest delay."""
         return wish if self.histories is None else jnp.minimum(wish, self.histories.longest_step(y))
 
-    def remembered_signals(self, c: Carry, triggered: Array) -> Carry:
-        """The loop state after a step with the histories of signals at its end, and the times of the breaks in them."""
+    def with_histories(self, c: Carry, triggered: Array) -> Carry:
+        """The loop state after a step with the histories at its end, and the times at which their breaks return."""
         events, histories = self.events, self.histories
         if events is None or histories is None:
             return c

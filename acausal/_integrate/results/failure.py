@@ -34,7 +34,7 @@ _is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", def
 
 @contextlib.contextmanager
 def trials() -> Iterator[None]:
-    """Let failed runs return NaN instead of raising an error, for a search that rejects them."""
+    """Let runs that would raise an error return NaN, for a search that rejects them."""
     token = _is_trial.set(True)
     try:
         yield

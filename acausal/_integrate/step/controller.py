@@ -81,7 +81,7 @@ class StepSizes(eqx.Module):
         return jnp.asarray(keep), control, wish < shortest
 
     def with_misfit(self, core0: Array, core1: Array, error: Array, misfit: Array) -> Array:
-        """The error of a step with an interpolation error in tolerances, which adds to its norm."""
+        """Adds an interpolation error, as a multiple of the tolerance, to the error of a step."""
         scale = self.pid.rtol * jnp.maximum(jnp.abs(core0), jnp.abs(core1)) + self.pid.atol
         return jax.lax.stop_gradient(jnp.hypot(error, misfit * scale))
 

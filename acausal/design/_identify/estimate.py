@@ -106,10 +106,10 @@ class Estimate(Generic[M]):
         rescaled = self._of_values(self.loss.slope)
         return self._minimum.jacobian / rescaled[:, None] / np.asarray(self._free.slopes(self.estimates))
 
-    def _of_values(self, function: Callable[[np.ndarray], np.ndarray], of_prior: float = 1.0) -> np.ndarray:
-        """A function of the rescaled residuals of measured values, followed by the number for each prior."""
+    def _of_values(self, function: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
+        """A function of the rescaled residuals of measured values, then 1 for each prior, which keeps the square."""
         values, priors = np.split(self._minimum.residuals, [-len(self.names)])
-        return np.concatenate([function(values), np.full(len(priors), of_prior)])
+        return np.concatenate([function(values), np.ones(len(priors))])
 
     @ft.cached_property
     def _relative(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

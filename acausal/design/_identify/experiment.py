@@ -57,8 +57,8 @@ class Experiment:
     """Measured scalars or arrays with their prediction; for trajectories see `Experiment.of_run`.
 
     - `predict(model)`: a dictionary of predicted numbers or arrays, with the names of `measured`, from one or several
-      runs. It must be traceable by jax. The search steps back from parameters with which a run fails or a prediction is
-      not finite.
+      runs. It must be traceable by jax. The search steps back from parameters with which a prediction is not finite.
+      A run that fails gives NaN, unless it has `throw=False`.
     - `measured`: the measured values by name, as quantities or as numbers in the unit of `units`.
     - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. The noise
       of other names is estimated from the residuals, as one number for all values of a name.

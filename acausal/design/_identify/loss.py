@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from typing import Any, Literal, TypeAlias
+from typing import Any, Literal, TypeAlias, get_args
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -15,7 +15,7 @@ from ..._errors import ParameterError
 from ..._units.quantity import magnitude
 
 LossName: TypeAlias = Literal["linear", "soft_l1", "huber"]
-NAMES = ("linear", "soft_l1", "huber")
+NAMES = get_args(LossName)
 
 
 class Loss(eqx.Module):
@@ -93,7 +93,7 @@ class Loss(eqx.Module):
     def noises(self, errors: Sequence[np.ndarray], freedoms: np.ndarray, least: np.ndarray) -> np.ndarray:
         """Standard deviations of the noise of channels: sum psi(error/sigma)^2 = freedom E[psi^2], Huber's proposal 2.
 
-        E is the mean over the standard normal distribution. Of exact data, the noise is the `least` one.
+        E is the mean over the standard normal distribution. It is at least `least`, also for exact data.
         """
         mean = self._mean_square()
         most = np.sqrt([np.sum(e**2) / (mean * freedom) for e, freedom in zip(errors, freedoms, strict=True)])
@@ -111,7 +111,7 @@ class Loss(eqx.Module):
         return math.sqrt(2.0 / math.pi) * quad(density, 0.0, np.inf)[0]
 
     def _noise(self, errors: np.ndarray, square: float, low: float, high: float) -> float:
-        """The root in sigma of sum psi(error/sigma)^2 = square between two values, or the nearer one."""
+        """The root in sigma of sum psi(error/sigma)^2 = square between `low` and `high`, or the end nearer to it."""
 
         def excess(sigma: float) -> float:
             return float(np.sum(self._psi(errors / sigma) ** 2)) - square

@@ -29,7 +29,7 @@ class SensitivityRow(NamedTuple):
 
 
 class SensitivityTable(NamedTuple):
-    """Sensitivities of one result to all parameters, the largest relative one first; `print` it."""
+    """Sensitivities of one result to parameters, the largest relative one first; `print` it."""
 
     result: str
     scale: Scale
@@ -67,7 +67,8 @@ def sensitivity_table(
 ) -> SensitivityTable:
     """The table of a result with a value, for parameters by name, unit, value and derivative."""
     rows = [
-        SensitivityRow(*parameter, parameter[3] * parameter[2] / value if value else np.nan) for parameter in parameters
+        SensitivityRow(name, unit, number, slope, slope * number / value if value else np.nan)
+        for name, unit, number, slope in parameters
     ]
     rows.sort(key=lambda row: -abs(row.per_unit * row.value) if np.isnan(row.relative) else -abs(row.relative))
     return SensitivityTable(result, scale, value, tuple(rows))

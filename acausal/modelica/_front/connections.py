@@ -5,9 +5,9 @@ The pass directs each chain from what sets the signal. It directs the elements o
 chain that leads from one array to another if a second chain leads back. With connections sorted by the arrays that
 they name, all chains pass through the arrays in one order.
 
-If this does not suffice, a connection of signals becomes the equation `"acausalConnection" = {a, b}`, which
-`equations.py` hides from the pass, and `restored` turns into `a = b`. The text does not say whether `a` is a signal or
-a pin, so its name decides. The flat model says it: `restored` refuses the model if the name was that of a pin.
+If this does not suffice, a connection of signals becomes the equation `"acausalConnection" = {a, b}`. `equations.py`
+hides it from the pass, and `restored` turns it into `a = b`. The text does not say whether `a` is a signal or a pin, so
+its name decides. `restored` checks the choice with the flat model, and refuses a pin with the name of a signal.
 """
 
 import re

@@ -11,11 +11,11 @@ from typing import Any
 from .._errors import ModelicaError
 
 _Tree = dict[str, Any]
-_SIZES = "ArrayDimension"  # these are right
+_SIZES = "ArrayDimension"  # selections that rumoca makes with the modified values
 
 
 def followers(content: dict[str, Any]) -> dict[str, str]:
-    """These parameters of a flat model, with their values as Modelica text.
+    """The parameters of a flat model that select equations and follow an outer component, with their values as text.
 
     Raises `ModelicaError` for one that no modifier can give, or whose value is an expression.
     """
@@ -41,10 +41,11 @@ def followers(content: dict[str, Any]) -> dict[str, str]:
 
 
 def _followed(variables: _Tree, name: str, *, is_outside: bool) -> tuple[str | None, str | None, bool]:
-    """The parameter on the way to the value of another one that follows an outer component; the value, as text if it is
-    a number or a literal; and whether it comes from a modifier of the inner component.
+    """Follows the bindings of a parameter to its value.
 
-    `is_outside` tells whether the parameter itself belongs to an inner component.
+    Returns the parameter whose binding refers to an outer component; the value as text, None for an expression; and
+    whether the value comes from a modifier of the inner component. `is_outside` tells whether the parameter itself
+    belongs to an inner component.
     """
     follower, is_modified = None, False
     while name in variables:

@@ -14,7 +14,7 @@ from .leaves import ModelLeaf
 from .scope import NotKnown
 from .translation import Translation
 
-STEPS = 128  # that a history holds
+STEPS = 128  # number of steps that a history holds
 
 
 class Delay(NamedTuple):
@@ -50,7 +50,7 @@ class _Delays:
     def _in(self, x: Any, at: FlatEquation) -> Any:
         x = mapped(x, lambda part: self._in(part, at))
         if not isinstance(x, e.Builtin) or x.name != "Delay" or not self._is_fixed(x):
-            return x  # a delay that varies is not supported
+            return x  # refused by name where it is evaluated
         if x not in self._names:
             self._names[x] = self._made(x.args[0], x.args[1], at)
         return e.Ref(self._names[x])
@@ -59,7 +59,7 @@ class _Delays:
         """Whether a delay depends on parameters only, and the signal on variables of the model."""
         try:
             _, (_, reads) = (self._model.term(arg) for arg in x.args[:2])
-        except (NotKnown, ModelError):  # an error occurs again where the value is needed
+        except (NotKnown, ModelError):  # reported where the value is needed
             return False
         return all(leaf.role == "param" for leaf in reads)
 
