@@ -57,7 +57,7 @@ FLUID: tuple[Component, ...] = (
     hydraulic.Filter(element=hydraulic.LaminarResistance(resistance=1.3), bypass=BYPASS),
     hydraulic.FixedPump(**{**PUMP, "losses": WILSON}),
     hydraulic.FixedPump(**{**PUMP, "losses": MAP}),
-    hydraulic.CharacteristicLine(liquid=LINEAR, wall=0.1, **SIZE),
+    hydraulic.CharacteristicLine(liquid=LINEAR, pressure=0.4, wall=0.1, **SIZE),
     hydraulic.FixedPump(heat=HeatPort(), **PUMP),
     hydraulic.FlowControlValve(flow=1.3, margin=0.7, transition_pressure=0.6),
     hydraulic.FourWaySpool.of(EDGE),

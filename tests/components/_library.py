@@ -86,7 +86,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     ),
     "MassWithStopAndFriction": dict(m=1.0, s_min=-1.0, s_max=1.0),
     "OpAmp": dict(v_max=1.0, v_min=-1.0),
-    "CharacteristicLine": dict(length=1.0, diameter=0.1, liquid=OIL),
+    "CharacteristicLine": dict(length=1.0, diameter=0.1, liquid=OIL, pressure=1.0),
     "Pipe": PIPE,
     "PipeWall": dict(G=1.0, inside=hydraulic.WallPort(nodes=3)),
     "PMSM": dict(machine=MACHINE, J=1.0),

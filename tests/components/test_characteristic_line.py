@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 from acausal import Component, Connections, Scalar, connect, simulate
 from components.blocks import Step
 from components.hydraulic import (
+    AnyLiquid,
     CharacteristicLine,
     ConstantPressure,
     LaminarResistance,
@@ -18,12 +19,14 @@ from components.hydraulic import (
     SignalFlow,
     SignalPressure,
     Tank,
+    iso_vg_46,
+    water,
 )
 
 WATER = LinearLiquid(density=1000.0, bulk_modulus=2.25e9)
-LINE = CharacteristicLine(length=15.0, diameter=0.1, liquid=WATER)
-T, Z = 0.01, 1000.0 * 1500.0 / (0.25 * np.pi * 0.1**2)  # the speed of sound is 1500 m/s
 CLOSES, FLOW, RESERVOIR = 0.003, 0.008, 5e5
+LINE = CharacteristicLine(length=15.0, diameter=0.1, liquid=WATER, pressure=RESERVOIR)
+T, Z = 0.01, 1000.0 * 1500.0 / (0.25 * np.pi * 0.1**2)  # the speed of sound is 1500 m/s
 
 
 class Hammer(Component):
@@ -122,7 +125,7 @@ def test_the_travel_time_has_a_derivative() -> None:
     """A line that ends in its impedance holds the energy that has entered within T."""
 
     def energy(length: Scalar) -> Scalar:
-        line = CharacteristicLine(length=length, diameter=0.1, liquid=WATER)
+        line = CharacteristicLine(length=length, diameter=0.1, liquid=WATER, pressure=RESERVOIR)
         return simulate(ended(1.0, line), CLOSES + 1.9 * T, save="end").final.line.stored
 
     power = 1e5**2 / Z
@@ -132,5 +135,16 @@ def test_the_travel_time_has_a_derivative() -> None:
 
 def test_walls_slow_the_wave() -> None:
     """Korteweg: c^2 = K/rho/(1 + K d/(E s))."""
-    line = CharacteristicLine(length=15.0, diameter=0.1, liquid=WATER, wall=0.1 / (200e9 * 0.005))
+    line = CharacteristicLine(length=15.0, diameter=0.1, liquid=WATER, pressure=RESERVOIR, wall=0.1 / (200e9 * 0.005))
     assert float(line.sound_speed) == pytest.approx(1500.0 / np.sqrt(1.0 + 2.25e9 * 1e-10), rel=1e-12)
+
+
+@pytest.mark.parametrize("liquid", [iso_vg_46(), iso_vg_46(air=0.02), water()])
+@pytest.mark.parametrize("pressure", [0.0, 2e7])
+def test_the_speed_of_sound_is_that_at_the_working_pressure(liquid: AnyLiquid, pressure: float) -> None:
+    """c^2 = K/rho, with the bulk modulus and the density at the working pressure, seen in flows of mass over rho_0:
+    the impedance rho_0 c/A makes a pressure of c times the mass flow per area.
+    """
+    line = CharacteristicLine(length=1.0, diameter=0.1, liquid=liquid, pressure=pressure)
+    density = liquid.reference_density * liquid.relative_density(pressure)
+    assert_allclose(line.sound_speed, np.sqrt(liquid.bulk_modulus_at(pressure) / density), rtol=1e-12)

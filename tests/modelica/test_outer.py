@@ -77,7 +77,8 @@ def test_the_modified_value_is_the_range_of_a_loop() -> None:
     ("old", "new", "remedy"),
     [
         ("parameter Start start = system", "final parameter Start start = system", "declare tank.start without final"),
-        ("own ==", "system.mass ==", "declare a parameter p = system.mass"),
+        ("own = start", "own = system.mass", "declare tank.own without final"),
+        ("own ==", "system.mass ==", "declare a parameter that equals the outer one"),
     ],
 )
 def test_a_value_that_no_modifier_gives_is_refused(old: str, new: str, remedy: str) -> None:
@@ -88,3 +89,18 @@ def test_a_value_that_no_modifier_gives_is_refused(old: str, new: str, remedy: s
 def test_unmodified_values_need_no_remedy() -> None:
     text = MODEL.replace("own ==", "system.mass ==").replace("energy = Start.Free", "energy = Start.Given")
     assert_allclose(starts("Plant", text), 3.0)
+
+
+def test_an_expression_of_a_follower_selects_by_its_value() -> None:
+    text = MODEL.replace("final parameter Start own = start", "final parameter Boolean own = start == Start.Given")
+    text = text.replace("if own == Start.Given then", "if own then").replace(
+        "elseif own == Start.Steady", "elseif start == Start.Steady"
+    )
+    assert_allclose(starts("Plant(system(energy = Plant.Start.Given))", text), 3.0)
+    assert_allclose(starts("Plant(system(energy = Plant.Start.Steady))", text), 2.0)
+
+
+def test_elements_of_an_array_with_values_of_their_own_are_refused() -> None:
+    text = MODEL.replace("Tank tank[2];", "outer System system; Tank tank[2](start = {system.mass, Start.Free});")
+    with pytest.raises(ModelicaError, match=r"group\.tank\[2\]\.start .*not all elements of its array"):
+        load(text, "Plant(system(energy = Plant.Start.Given))")

@@ -131,6 +131,24 @@ def test_a_pin_with_the_name_of_a_signal_is_refused_beside_such_connections() ->
         load(MESH, "Mesh.Wired")
 
 
+@pytest.mark.parametrize("wiring", ["connect(left.y, right.y);", "connect(left[1].y, right[1].y);"])
+def test_pins_in_arrays_with_the_name_of_a_signal_are_refused(wiring: str) -> None:
+    text = MESH.replace(
+        "end Mesh;",
+        f"""
+      model Wires
+        extends Gates;
+        Source left[2];
+        Source right[2];
+      equation
+        {wiring}
+      end Wires;
+    end Mesh;""",
+    )
+    with pytest.raises(ModelicaError, match="cannot direct the signals of this model, because left"):
+        load(text, "Mesh.Wires")
+
+
 def test_a_sample_may_have_a_period_without_an_exact_ratio() -> None:
     sol: Any = simulate(load(ONCE, "Once"), 1.0)
     assert np.isclose(sol["x"][-1], 0.75, atol=1e-6)

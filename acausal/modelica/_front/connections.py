@@ -25,6 +25,7 @@ SIGNALS = """
     q2 qn r reset R RE s S sel set trig trigger u u1 u2 u3 valid WE x y y1 y2 yy
 """.split()
 _SIGNAL = re.compile(rf"(?:[\w.\[\]:]*\.)?(?:{'|'.join(SIGNALS)})(?:\s*\[[^\[\]]*\])?")
+_INDICES = re.compile(r"\[[^\]]*\]")
 _CONNECTION = re.compile(r"(?<![\w.])connect\s*\(\s*([^;(),]+?)\s*,\s*([^;(),]+?)\s*\)")
 
 
@@ -71,8 +72,9 @@ def restored(content: dict[str, Any]) -> dict[str, Any]:
 def _are_present(ends: list[Any], variables: dict[str, Any]) -> bool:
     """Whether all signals of the ends are in the model. Raises `ModelicaError` for an end that is no signal."""
     absent = [name for name in _names(ends) if name not in variables]
+    plain = {_INDICES.sub("", other) for other in variables} if absent else set()
     for name in absent:
-        if any(other.startswith(f"{name}.") for other in variables):
+        if any(other.startswith(f"{_INDICES.sub('', name)}.") for other in plain):
             raise ModelicaError(
                 f"The front end cannot direct the signals of this model, because {name} is named as one."
             )

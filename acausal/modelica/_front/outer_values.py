@@ -5,13 +5,21 @@ the values that the class of an outer component declares: it ignores the modifie
 that follow such a modifier get their value by a modifier of their own.
 """
 
+import dataclasses
 import json
+import re
+from collections.abc import Iterator
 from typing import Any
 
 from .._errors import ModelicaError
 
 _Tree = dict[str, Any]
 _SIZES = "ArrayDimension"  # selections that rumoca makes with the modified values
+
+_ELEMENTS = (
+    "{} selects equations and follows an outer component, but not all elements of its array have the same value. "
+    "Remedy: declare them as separate components."
+)
 
 
 def followers(content: dict[str, Any]) -> dict[str, str]:
@@ -25,42 +33,86 @@ def followers(content: dict[str, Any]) -> dict[str, str]:
         name = next((name for name in (full, *shorter) if name in variables), None)
         if name is None:
             continue
-        follower, value, is_modified = _followed(variables, name, is_outside=name != full)
-        if not is_modified:
-            continue
-        if follower is None or value is None or finals.get(follower):
-            remedy = f"in the class that uses it, declare a parameter p = {name} and use p in the condition"
-            if finals.get(follower):
-                remedy = f"declare {follower} without final"
-            raise ModelicaError(
-                f"{full} selects equations and gets its value from a modifier of an inner component, which the front "
-                f"end ignores. Remedy: {remedy}."
-            )
-        found[follower] = value
+        for follower, value in _followed(variables, _Reference(name, is_outside=name != full)):
+            if follower is None or value is None or finals.get(follower):
+                remedy = "in the class that uses it, declare a parameter that equals the outer one and use that instead"
+                if finals.get(follower):
+                    remedy = f"declare {follower} without final"
+                raise ModelicaError(
+                    f"{full} selects equations and gets its value from a modifier of an inner component, which the "
+                    f"front end ignores. Remedy: {remedy}."
+                )
+            found[follower] = value
+    _check_arrays(variables, found)
     return found
 
 
-def _followed(variables: _Tree, name: str, *, is_outside: bool) -> tuple[str | None, str | None, bool]:
-    """Follows the bindings of a parameter to its value.
+@dataclasses.dataclass(frozen=True)
+class _Reference:
+    """A reference to a parameter, or to a literal of an enumeration, by name.
 
-    Returns the parameter whose binding refers to an outer component; the value as text, None for an expression; and
-    whether the value comes from a modifier of the inner component. `is_outside` tells whether the parameter itself
-    belongs to an inner component.
+    `follower` is the parameter on the way here whose binding refers to an outer component. `is_outside` tells whether
+    the reference is to a parameter of an inner component, and `is_modified` whether one of its modifiers has led here.
     """
-    follower, is_modified = None, False
-    while name in variables:
-        variable = variables[name]
-        is_modified |= is_outside and variable["binding_from_modification"]
-        match variable["binding"]:
-            case {"VarRef": {"name": {"name": str(after), "component_ref": reference}, "subscripts": []}}:
-                if reference is None and not is_outside:  # an outer component
-                    follower, is_outside = name, True
-                name = after
-            case {"Literal": {"value": value}}:
-                return follower, json.dumps(next(iter(value.values()))), is_modified
-            case _:
-                return follower, None, is_modified
-    return follower, name, is_modified
+
+    name: str
+    follower: str | None = None
+    is_outside: bool = False
+    is_modified: bool = False
+
+
+def _followed(variables: _Tree, at: _Reference) -> Iterator[tuple[str | None, str | None]]:
+    """Follows a reference to the values that come from modifiers of inner components.
+
+    Yields the parameter that follows the outer component, None for a direct reference; and the value as text, None for
+    an expression.
+    """
+    variable = variables.get(at.name)
+    if variable is None:
+        if at.is_modified:
+            yield at.follower, at.name
+        return
+    is_modified = at.is_modified or (at.is_outside and variable["binding_from_modification"])
+    at = dataclasses.replace(at, is_modified=is_modified)
+    match variable["binding"]:
+        case {"VarRef": reference} if not reference["subscripts"]:
+            yield from _followed(variables, _next(at, reference))
+        case {"Literal": {"value": value}}:
+            if is_modified:
+                yield at.follower, json.dumps(next(iter(value.values())))
+        case expression:
+            for reference in _references(expression):
+                after = _next(at, reference)
+                for follower, value in _followed(variables, after):
+                    yield follower, None if after.is_outside else value
+
+
+def _next(at: _Reference, reference: _Tree) -> _Reference:
+    """The reference in the binding of a parameter."""
+    after = dataclasses.replace(at, name=reference["name"]["name"])
+    if at.is_outside or reference["name"]["component_ref"] is not None:
+        return after
+    return dataclasses.replace(after, follower=at.name, is_outside=True)
+
+
+def _references(node: Any) -> Iterator[_Tree]:
+    """The references in an expression."""
+    if isinstance(node, dict) and "VarRef" in node:
+        yield node["VarRef"]
+    for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
+        yield from _references(inner)
+
+
+def _check_arrays(variables: _Tree, found: dict[str, str]) -> None:
+    """Raises `ModelicaError` if only some elements of an array of components follow an outer component."""
+    arrays = {_without_indices(path) for path in found if "[" in path}
+    for name in variables:
+        if "[" in name and name not in found and _without_indices(name) in arrays:
+            raise ModelicaError(_ELEMENTS.format(name))
+
+
+def _without_indices(path: str) -> str:
+    return re.sub(r"\[[^\]]*\]", "", path)
 
 
 def modifiers(values: dict[str, str]) -> str:
@@ -76,10 +128,7 @@ def modifiers(values: dict[str, str]) -> str:
             branch = branch.setdefault(each + step.partition("[")[0], {})
             each = "each " if "[" in step else ""
         if branch.setdefault(each + last, value) != value:
-            raise ModelicaError(
-                f"The value of {path} selects equations and follows an outer component, but differs from that of other "
-                "elements of its array. Remedy: declare the elements as separate components."
-            )
+            raise ModelicaError(_ELEMENTS.format(path))
     return f"({_written(tree)})"
 
 

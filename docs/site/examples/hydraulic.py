@@ -109,7 +109,7 @@ EXAMPLES = (
     BypassCompensator(rated_flow=1e-3, rated_drop=5e5, band=2e5, margin=10e5),
     Caloric(specific_heat=1950.0),
     Chamber(volume=1e-3, liquid=iso_vg_46()),
-    CharacteristicLine(length=5.0, diameter=0.012, liquid=iso_vg_46()),
+    CharacteristicLine(length=5.0, diameter=0.012, liquid=iso_vg_46(), pressure=1e7),
     CheckValve(conductance=2e-9),
     ChurchillFriction(),
     ConstantFlow(flow=3e-4),
