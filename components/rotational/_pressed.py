@@ -56,8 +56,8 @@ class SpringAppliedBrake(ShaftFriction):
     At rest it holds `peak` times the sliding torque. A magnet or a cylinder lifts the plates against the springs, so
     that without voltage or pressure the brake is closed (VDI 2241). For a hydraulic release, u is the pressure over the
     one that opens the brake, from a `PressureSensor` and a `Gain`. For the delay of a magnet, put a `FirstOrder` in
-    between. A signal below 0 would add to the springs: limit one that can undershoot. The brake reacts on the ground, or
-    on a housing with `support=Flange()`.
+    between. A signal below 0 would add to the springs: limit one that can undershoot. The brake reacts on the ground,
+    or on a housing with `support=Flange()`.
     """
 
     torque: Param[Scalar, "N.m", nonnegative]  # sliding torque of the closed brake
