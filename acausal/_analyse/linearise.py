@@ -178,8 +178,7 @@ def _sparse_matrices(extended: Callable[[Array], Array], z: Array, pattern: Patt
 
 def _refuse_histories(system: System) -> None:
     """Raise `ModelError` for delays: their linear systems have infinitely many states."""
-    entries = system.events.remembered if system.events else []
-    names = [entry.label(i) for entry in entries for i in range(entry.count)]
+    names = system.events.history_names if system.events else []
     if names:
         raise ModelError(
             f"A linear system of finitely many states has no exact delay: {listed(names)}. Remedy: a PadeDelay."

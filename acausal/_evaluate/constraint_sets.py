@@ -22,13 +22,8 @@ def all_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Const
 
 def invariants_of(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constraints:
     """The connected sets of constraints with an invariant, onto which a run is projected, in the states."""
-    return _chained(
-        ordered,
-        plan,
-        kinds,
-        [rows for rows in _connected(ordered) if not ordered.invariants.isdisjoint(rows)],
-        ordered.states,
-    )
+    sets = [rows for rows in _connected(ordered) if not ordered.invariants.isdisjoint(rows)]
+    return _chained(ordered, plan, kinds, sets, ordered.states)
 
 
 def remaining_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int], given: Sequence[Pair]) -> Constraints:

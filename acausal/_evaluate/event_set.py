@@ -177,6 +177,11 @@ class EventSet:
         return [entry for entry in self.entries if entry.kind == "remember"]
 
     @property
+    def history_names(self) -> list[str]:
+        """The names of the histories."""
+        return [entry.label(i) for entry in self.remembered for i in range(entry.count)]
+
+    @property
     def n_relations(self) -> int:
         return sum(math.prod(aval.shape) for aval in self.indicators.closed.out_avals)
 

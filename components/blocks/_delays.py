@@ -41,9 +41,19 @@ def _line(n: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     return A, (2.0 * np.arange(n) + 1.0) * (-1.0) ** np.arange(n)
 
 
-class Recorded(SISO, partial=True):
-    """A block that keeps the history of u, as n rows, one for each step of the run."""
+class FixedDelay(SISO):
+    """y = u(t - T), exact (MSL `FixedDelay`).
 
+    Before the start of a run, u was constant: y is u at the start until T has passed; with `steady=False`, y is
+    the start value of `before`. A jump of u is an event, and again one after T. The error of the history counts in
+    the error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is
+    short compared with the time span of the run is slow. A run fails if it takes more than n steps in T.
+    `resume=True` continues a run with its history. A model with this block cannot be linearised, exported as C code
+    or run backwards; one with a `PadeDelay` can. Differential equations with a delay are integrated by the method of
+    steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
+    """
+
+    T: Param[Scalar, "s", positive]  # delay
     n: int = 64  # number of steps that the history holds
     steady: bool = True  # u was constant before the start; otherwise it was the start value of `before`
     t: Time[Scalar, "s"] = 0.0
@@ -57,28 +67,12 @@ class Recorded(SISO, partial=True):
     def initial_equations(self, d: Any) -> Equations:
         return dict(steady=eq(self.before, self.u.value)) if self.steady else {}
 
-    def equations(self, d: Any) -> Equations:
-        recalled = recall(self.past, self.since, self.before)
-        # A history has no units.
-        return dict(output=eq(self.y.value, recalled, check_units=False), constant=eq(d.before, 0.0))
-
-
-class FixedDelay(Recorded):
-    """y = u(t - T), exact (MSL `FixedDelay`).
-
-    Before the start of a run, u was constant: y is u at the start until T has passed; with `steady=False`, y is
-    the start value of `before`. A jump of u is an event, and again one after T. The error of the history counts in
-    the error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is
-    short compared with the time span of the run is slow. A run fails if it takes more than n steps in T.
-    `resume=True` continues a run with its history. A model with this block cannot be linearised, exported as C code
-    or run backwards; one with a `PadeDelay` can. Differential equations with a delay are integrated by the method of
-    steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
-    """
-
-    T: Param[Scalar, "s", positive]  # delay
-
-    def equations(self, d: Any) -> Equations:
-        return super().equations(d) | dict(delay=eq(self.since, self.t - self.T))
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            delay=eq(self.since, self.t - self.T),
+            output=eq(self.y.value, recall(self.past, self.since, self.before), check_units=False),  # see `recall`
+            constant=eq(d.before, 0.0),
+        )
 
     def events(self) -> Events:
         return dict(history=remember(self.T, past=self.u.value))

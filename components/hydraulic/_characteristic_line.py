@@ -42,7 +42,7 @@ class CharacteristicLine(Component):
 
     rho is the density at atmospheric pressure, to which q refers, and r and dr/dp are the relative density of the
     liquid and its slope at the working pressure `pressure`. A liquid with a little air is far softer at atmospheric
-    pressure: ISO VG 46 with 0.5 % of air has c = 180 m/s there and 1,430 m/s at 200 bar.
+    pressure: ISO VG 46 with 0.5 % of air has c = 180 m/s there and 1,438 m/s at 200 bar.
 
     Before the start of a run, the waves were constant, so p is uniform and the flow passes through; with
     `steady=False`, they were the start values of `before_a` and `before_b`. Linear: the liquid sustains tension. Add

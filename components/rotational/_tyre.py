@@ -87,7 +87,8 @@ class TransientTyre(MagicFormula):
 
     See `MagicFormula` for the force. The relaxation length sigma is the slip stiffness over the longitudinal stiffness
     of the carcass, a few tenths of a metre for a passenger car (Pacejka, `Tire and Vehicle Dynamics`, chapter 7: single
-    contact point transient tyre model, linear in k). Near rest the tyre is a spring of B C D F_z / sigma.
+    contact point transient tyre model, linear in k). Near rest the tyre is a spring of B C D F_z / sigma. Damping of
+    the carcass is not modelled, so the force rings for longer than that of a real tyre.
     """
 
     sigma: Param[Scalar, "m", positive]  # relaxation length

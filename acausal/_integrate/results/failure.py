@@ -99,8 +99,7 @@ def _error(solution: Solution) -> Exception:
         return SimulationError(f"{where}{_refusal(solution) or sentence(result)}")
     if result == Result.history_full:
         assert system.events is not None
-        names = [entry.label(i) for entry in system.events.remembered for i in range(entry.count)]
-        return SimulationError(f"{where}{names[int(solution._culprit)]}: {sentence(result)}")
+        return SimulationError(f"{where}{system.events.history_names[int(solution._culprit)]}: {sentence(result)}")
     if result == Result.undetermined:
         return SimulationError(
             where + sentence(result) + about_block(system, linear_blocks(system)[int(solution._culprit)])
