@@ -71,7 +71,8 @@ def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch)
     solve = levenberg_marquardt.solved
     monkeypatch.setattr(levenberg_marquardt, "solved", lambda *work: (found.append(1), solve(*work))[1])
     experiment = Experiment(lambda m: {"a": m.x * jnp.nan}, {"a": 0.0}, {"a": 1.0})
-    with pytest.raises(SimulationError, match=r"^experiment 1: a is nan\. The fit cannot start with x = 1500 mm, nor from 63 other"):
+    message = r"^experiment 1: a is nan\. The fit cannot start with x = 1500 mm, nor from 63 other points"
+    with pytest.raises(SimulationError, match=message):
         identify(Valleys(), {"x": (-3.0, 3.0)}, experiment, starts=64)
     assert len(found) < 16
 
