@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from ._parts import gearhead as gearhead
     from ._parts import holding_valve as holding_valve
     from ._parts import pump as pump
+    from ._servo import inverter as inverter
+    from ._servo import servo_drive as servo_drive
+    from ._servo import servo_motor as servo_motor
     from ._table import Catalogue as Catalogue
     from ._table import Column as Column
     from ._table import load as load

@@ -8,9 +8,22 @@ import numpy as np
 
 from acausal import ArgumentError, Array, Component, Solution
 
-from ..electrical import BrushedMotor, DCMotor
+from ..electrical import PMSM, BrushedMotor, DCMotor, Inverter, PMSMDrive
 from ..hydraulic import HoldingValve, Pump
 from ..rotational import PlanetaryGearbox, PlanetaryTrain
+
+
+def _rms(d: Any, q: Any) -> Any:
+    """Rms value of the phase currents, from peak values in rotor coordinates."""
+    return np.hypot(np.asarray(d), np.asarray(q)) / np.sqrt(2.0)
+
+
+_SERVO: Mapping[str, Callable[[Any], Any]] = {
+    "continuous_current": lambda motor: _rms(motor.i_d, motor.i_q),
+    "peak_current": lambda motor: _rms(motor.i_d, motor.i_q),
+    "peak_torque": lambda motor: motor.torque,
+    "max_speed": lambda motor: motor.w,
+}
 
 RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
     DCMotor: {"nominal_current": lambda motor: motor.resistor.i, "max_speed": lambda motor: motor.rotor.w},
@@ -28,6 +41,13 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
         "continuous_torque": lambda train: train.b.tau,
         "intermittent_torque": lambda train: train.b.tau,
         "max_input_speed": lambda train: train.stages[0].w_sun,
+    },
+    PMSM: _SERVO,
+    PMSMDrive: _SERVO,
+    Inverter: {
+        "rated_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
+        "overload_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
+        "peak_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
     },
     HoldingValve: {"nominal_current": lambda valve: valve.coil.i, "max_pressure": lambda valve: valve.poppet.dp},
     Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},

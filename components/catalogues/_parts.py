@@ -60,16 +60,45 @@ COLUMNS: Mapping[str, Mapping[str, Column]] = {
         "rated_drop": Column("Pa", 1e2, 1e8),
         "mass": Column("kg", 1e-3, 1e3),
     },
+    # Currents of three phases are rms values, resistance and inductance are those between two terminals.
+    "servo_motors": {
+        "dc_voltage": Column("V", 1.0, 2000.0),
+        "torque_constant": Column("N.m/A", 1e-4, 100.0, needed=True),
+        "voltage_constant": Column("V.s/rad", 1e-4, 100.0),
+        "resistance": Column("ohm", 1e-4, 1e4, needed=True),
+        "inductance": Column("H", 1e-7, 1.0, needed=True),
+        "pole_pairs": Column("1", 1.0, 100.0, needed=True),
+        "inertia": Column("kg.m2", 1e-10, 100.0, needed=True),
+        "continuous_torque": Column("N.m", 1e-5, 1e5),
+        "continuous_current": Column("A", 1e-3, 1e4),
+        "peak_torque": Column("N.m", 1e-5, 1e5),
+        "peak_current": Column("A", 1e-3, 1e4),
+        "no_load_speed": Column("rad/s", 1.0, 1e5),
+        "max_speed": Column("rad/s", 1.0, 1e5),
+        "winding_to_ambient": Column("K/W", 1e-3, 1e3),
+        "motor_time_constant": Column("s", 1.0, 1e5),
+        "max_winding_temperature": Column("K", 323.15, 523.15),
+        "mass": Column("kg", 1e-3, 1e4),
+    },
+    "inverters": {
+        "supply_voltage": Column("V", 1.0, 2000.0),
+        "switching_frequency": Column("Hz", 100.0, 1e6),
+        "rated_current": Column("A", 1e-3, 1e4, needed=True),
+        "overload_current": Column("A", 1e-3, 1e4),
+        "overload_time": Column("s", 1e-3, 1e4),
+        "peak_current": Column("A", 1e-3, 1e4, needed=True),
+        "peak_time": Column("s", 1e-3, 1e4),
+    },
 }
 
 
 @ft.cache
 def catalogue(name: str) -> Catalogue:
-    """A catalogue of the library: "motors", "gearheads", "pumps" or "valves". For your own, see `load`."""
+    """A catalogue of the library, by a name from `COLUMNS`: `catalogue("motors")`. For your own, see `load`."""
     return load(Path(__file__).parent / f"{name}.csv", COLUMNS[name])
 
 
-def _sheet(order: str | DataSheet, name: str) -> DataSheet:
+def sheet_of(order: str | DataSheet, name: str) -> DataSheet:
     return order if isinstance(order, DataSheet) else catalogue(name)[order]
 
 
@@ -79,7 +108,7 @@ def dc_motor(order: str | DataSheet, **others: Any) -> DCMotor:
     Viscous friction accounts for the no-load current, C = k I_0/w_0; if the sheet does not state it, there is none.
     `others` replace arguments of `DCMotor`.
     """
-    sheet = _sheet(order, "motors")
+    sheet = sheet_of(order, "motors")
     k, current, speed = sheet["torque_constant"], sheet.get("no_load_current"), sheet.get("no_load_speed")
     friction = None if current is None or speed is None else k * current / speed
     given: dict[str, Any] = dict(
@@ -94,7 +123,7 @@ def brushed_motor(order: str | DataSheet, **others: Any) -> BrushedMotor:
     The heat capacities are time constant over thermal resistance, from winding to housing and from housing to ambient.
     Constant friction accounts for the no-load current: T_h = k I_0. `others` replace arguments of `BrushedMotor`.
     """
-    sheet = _sheet(order, "motors")
+    sheet = sheet_of(order, "motors")
     inner, outer = sheet["winding_to_housing"], sheet["housing_to_ambient"]
     given: dict[str, Any] = dict(
         R=sheet["resistance"], k=sheet["torque_constant"], J=sheet["inertia"], L=sheet.get("inductance"),
@@ -111,7 +140,7 @@ def gearhead(order: str | DataSheet, **others: Any) -> PlanetaryGearbox:
     (1 + (N - 1) eta)/N. The inertia turns with the sun. The sheet does not state backlash and stiffness. `others`
     replace arguments of `PlanetaryGearbox`.
     """
-    sheet = _sheet(order, "gearheads")
+    sheet = sheet_of(order, "gearheads")
     loss = EqualMeshLoss(efficiency=_rolling(sheet["ratio"], sheet["efficiency"]))
     given: dict[str, Any] = dict(ratio=sheet["ratio"], loss=loss, J_sun=sheet.get("inertia") or 0.0)
     return PlanetaryGearbox(**(given | others), data_sheet=sheet)
@@ -123,7 +152,7 @@ def gear_train(order: str | DataSheet, **others: Any) -> PlanetaryTrain:
     The sheet states the total ratio and efficiency: each of n stages has their n-th root. The inertia turns with the
     first sun. `others` are the other arguments of `PlanetaryTrain`.
     """
-    sheet = _sheet(order, "gearheads")
+    sheet = sheet_of(order, "gearheads")
     number = round(sheet["stages"])
     ratio, efficiency = sheet["ratio"] ** (1.0 / number), sheet["efficiency"] ** (1.0 / number)
     loss = EqualMeshLoss(efficiency=_rolling(ratio, efficiency))
@@ -139,7 +168,7 @@ def _rolling(ratio: float, efficiency: float) -> float:
 
 def pump(order: str | DataSheet, **others: Any) -> Pump:
     """A pump from its order name or data sheet, without losses; `others` replace arguments of `Pump`."""
-    sheet = _sheet(order, "pumps")
+    sheet = sheet_of(order, "pumps")
     given: dict[str, Any] = dict(displacement=sheet["displacement"])
     return Pump(**(given | others), data_sheet=sheet)
 
@@ -150,7 +179,7 @@ def holding_valve(order: str | DataSheet, **others: Any) -> HoldingValve:
     The sheet gives voltage and current of the coil, pressure, flow and pressure drop, as far as it states them.
     `others` add or replace arguments of `HoldingValve.rated`. Raises `ParameterError` if an argument is missing.
     """
-    sheet = _sheet(order, "valves")
+    sheet = sheet_of(order, "valves")
     stated = dict(
         voltage="nominal_voltage", current="nominal_current", pressure="max_pressure", flow="rated_flow",
         drop="rated_drop",

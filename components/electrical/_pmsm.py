@@ -16,6 +16,7 @@ from acausal import (
     prefer,
 )
 
+from .._data_sheet import DataSheet
 from .._limit import limited_amplitude
 from ..blocks import Input, Output
 from ..rotational import Flange
@@ -52,6 +53,7 @@ class PMSM(Component):
     torque: Var[Scalar, "N.m"] = 0.0  # electromagnetic torque
     terminals: DqPort = DqPort()
     shaft: Flange = Flange()
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
 
     def equations(self, d: Self) -> Equations:
         m, i = self.machine, DqCurrents(self.i_d, self.i_q)
@@ -111,6 +113,7 @@ class Inverter(Component):
     machine: DqPort = DqPort()
     u_d: Input = Input()  # modulation setpoint, a ratio: the wanted phase voltage over the direct voltage
     u_q: Input = Input()  # modulation setpoint, a ratio like u_d
+    data_sheet: DataSheet | None = None  # ratings; see `catalogues`
 
     def equations(self, d: Self) -> Equations:
         m_d, m_q = limited_amplitude(self.u_d.value, self.u_q.value, self.m_max)
@@ -150,6 +153,7 @@ class PMSMDrive(TwoPin):
     i_q: Var[Scalar, "A"] = 0.0  # q-axis current
     shaft: Flange = Flange()
     u: Input = Input()
+    data_sheet: DataSheet | None = None  # source of the parameters; see `catalogues`
 
     def equations(self, d: Self) -> Equations:
         m, i = self.machine, DqCurrents(self.i_d, self.i_q)

@@ -22,7 +22,7 @@ from acausal import (
     stack,
 )
 from acausal.testing import solved
-from components import catalogues, electrical, rotational, thermal
+from components import blocks, catalogues, electrical, rotational, thermal
 from components.catalogues import COLUMNS, DataSheet, catalogue, load
 
 MOTORS = catalogue("motors")
@@ -152,6 +152,87 @@ def test_a_table_of_one_s_own_makes_components(tmp_path: Path) -> None:
     path.write_text(HEADS + "A,F,M,6.283185307179586,200,S,2012\n")
     pump = catalogues.pump(load(path, COLUMNS["pumps"])["A"], leakage=1e-12)
     np.testing.assert_allclose(np.array([pump.displacement, pump.leakage]), [1e-6, 1e-12], rtol=1e-12)
+
+
+SERVOS = catalogue("servo_motors")
+
+
+@pytest.mark.parametrize("sheet", SERVOS, ids=lambda sheet: sheet.order)
+def test_figures_of_servo_motors_agree_with_each_other(sheet: DataSheet) -> None:
+    """Flux from torque and from voltage; the speed at which the magnets induce the largest voltage of space vectors.
+
+    The sheet rounds to two digits, and friction lowers the speed without a load. Torque over current falls towards the
+    peak, since the machine saturates.
+    """
+    machine = catalogues.servo_motor(sheet).machine
+    by_voltage = sheet["voltage_constant"] / np.sqrt(1.5) / machine.p
+    np.testing.assert_allclose(machine.psi, by_voltage, rtol=1.5e-2)
+    np.testing.assert_allclose(
+        sheet["no_load_speed"], sheet["dc_voltage"] / np.sqrt(3.0) / (machine.p * machine.psi), rtol=3.5e-2
+    )
+    np.testing.assert_allclose(
+        sheet["continuous_torque"],
+        1.5 * machine.p * machine.psi * np.sqrt(2.0) * sheet["continuous_current"],
+        rtol=4e-2,
+    )
+    saturated = sheet["peak_torque"] / (sheet["torque_constant"] * sheet["peak_current"])
+    assert 0.85 < saturated < 1.0
+
+
+def test_a_servo_motor_from_its_order_name() -> None:
+    """Phase values from those between terminals, torque per rms current."""
+    motor = catalogues.servo_motor("premo 2D 320 V", i_d=0.0)
+    m = motor.machine
+    np.testing.assert_allclose(np.array([m.Rs, m.Ld, m.Lq, motor.J, m.p]), [1.86, 3.715e-3, 3.715e-3, 8.3e-5, 4.0])
+    np.testing.assert_allclose(m.torque(electrical.DqCurrents(0.0, np.sqrt(2.0))), 0.52, rtol=1e-12)
+
+
+def test_a_servo_drive_has_the_smaller_ratings() -> None:
+    """The inverter's continuous current is below the motor's, the motor's peak current is below the inverter's."""
+    drive = catalogues.servo_drive("premo 2D 320 V", "SA52.0100 8 kHz", C=1e-3)
+    assert drive.data_sheet is not None
+    assert (drive.data_sheet["continuous_current"], drive.data_sheet["peak_current"]) == (4.04, 12.0)
+    small = catalogues.servo_drive("premo 2D 320 V", "SA52.0075 8 kHz", C=1e-3).data_sheet
+    assert small is not None
+    assert (small["continuous_current"], small["peak_current"]) == (3.0, 9.0)
+    np.testing.assert_allclose(drive.i_max, 12.0 * np.sqrt(2.0), rtol=1e-12)
+    assert drive.data_sheet.order == "premo 2D 320 V with SA52.0100 8 kHz"
+    bridge = catalogues.inverter("SA54.0150 16 kHz").data_sheet
+    assert bridge is not None
+    assert (bridge["rated_current"], bridge["peak_current"], bridge["peak_time"]) == (2.8, 8.4, 0.08)
+
+
+class Servo(Component):
+    """A servo drive turns a load with a torque."""
+
+    supply: electrical.ConstantVoltage
+    drive: electrical.PMSMDrive
+    torque: blocks.Constant
+    load: rotational.Inertia
+    ground: electrical.Ground = electrical.Ground()
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.supply.p, self.drive.p),
+            connect(self.supply.n, self.drive.n, self.ground.p),
+            connect(self.torque.y, self.drive.u),
+            connect(self.drive.shaft, self.load.a),
+        )
+
+
+def test_limits_of_a_servo_drive() -> None:
+    """4 N.m need 4/0.52 A, above the continuous current of 4.04 A and below the peaks; the speed is not rated."""
+    model = Servo(
+        supply=electrical.ConstantVoltage(V=320.0),
+        drive=catalogues.servo_drive("premo 2D 320 V", "SA52.0100 8 kHz", C=1e-3, v=320.0, wanted=4.0),
+        torque=blocks.Constant(k=4.0),
+        load=rotational.Inertia(J=1e-3),
+    )
+    found = catalogues.limits(simulate(model, 0.01, save="steps"))
+    assert [one.rating for one in found] == ["continuous_current"]
+    np.testing.assert_allclose([found[0].limit, found[0].largest, found[0].share], [4.04, 4.0 / 0.52, 1.0], rtol=1e-6)
+    names = [rating for _, _, rating in found.checked]
+    assert names == ["continuous_current", "peak_current", "peak_torque"]
 
 
 def run_up(supply: Any, motor: Any, gear: Any, ring: Any, load: Any, room: Any, ground: Any) -> Connections:
