@@ -11,6 +11,7 @@ from acausal import StructureError, simulate
 from acausal.modelica import ModelicaError, load
 from acausal.modelica._load import flat_of
 from acausal.modelica._scoreboard.compare import compared, signal
+from acausal.modelica._scoreboard.reference import TOLERANCE, deviation
 from acausal.modelica._scoreboard.table import written
 from acausal.modelica._scoreboard.twins.heat_and_signals import twins
 from acausal.modelica._scoreboard.twins.run import deviations, differing
@@ -61,6 +62,15 @@ def test_an_output_of_the_model_is_a_signal() -> None:
     flat = flat_of(LAG, "P.Decay")
     solution = simulate(load(LAG, "P.Decay"), 1.0, save="end")
     assert signal(flat, solution, "y") == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
+
+
+def test_a_signal_of_rounding_errors_has_no_range() -> None:
+    """Noise of 1e-16 is zero; a rise to 1e-12 is not."""
+    times = np.linspace(0.0, 1.0, 11)
+    noise = 1e-17 * np.cos(40.0 * times)
+    assert deviation(times, noise, times, 1e-16 * np.sin(40.0 * times)) < TOLERANCE
+    assert deviation(times, noise, times, 1e-12 * times) > 0.9
+    assert deviation(times, 1e-12 * times, times, 1.1e-12 * times) == pytest.approx(0.1, abs=2 * TOLERANCE)
 
 
 def test_an_open_input_of_the_model_is_named() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 from .._errors import ModelicaError
 
 TOLERANCE = 1e-3  # width of the tube around a reference, relative to its range, and in time relative to the run
+ROUNDING = 1e-12  # signals that are zero in exact numbers stay below it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,12 +60,13 @@ def deviation(reference_times: np.ndarray, reference: np.ndarray, times: np.ndar
     """The largest distance of a signal from the tube around its reference, relative to the range of the reference.
 
     The tube covers all values that the reference takes within `TOLERANCE` of the run before and after, so that the
-    instants of jumps may differ by as much. Zero if the signal lies inside this tube. NaN counts as infinite.
+    instants of jumps may differ by as much. Zero if the signal lies inside this tube. NaN counts as infinite. A range
+    below `ROUNDING` is rounding error.
     """
     span = TOLERANCE * (reference_times[-1] - reference_times[0])
     low = np.searchsorted(reference_times, times - span, side="left")
     high = np.searchsorted(reference_times, times + span, side="right")
-    size = float(np.ptp(reference)) or max(float(np.max(np.abs(reference))), 1e-12)
+    size = max(float(np.ptp(reference)) or float(np.max(np.abs(reference))), ROUNDING)
     worst = 0.0
     for t, value, first, last in zip(times, values, low, high, strict=True):
         if not np.isfinite(value):
