@@ -152,11 +152,13 @@ def _meaning(cls: Any, name: str) -> str:
     elsewhere = getattr(cls, "elsewhere", {}).items()
     others = [other for other, here in elsewhere if name in re.findall(r"\w+", here.split(",")[0])]
     known = f" (MSL {', '.join(others)})" if others else ""
+    return (comment_of(cls, name) + known).strip()
+
+
+def comment_of(cls: Any, name: str) -> str:
+    """The comment behind the declaration of a name, in the class or one of its bases; "" if there is none."""
     bases: list[Any] = [base for base in cls.__mro__ if issubclass(base, Node)]
-    for base in bases:
-        if found := _comments(base).get(name):
-            return found + known
-    return known.strip()
+    return next((found for base in bases if (found := _comments(base).get(name))), "")
 
 
 @ft.cache

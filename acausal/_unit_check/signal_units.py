@@ -11,6 +11,9 @@ from .._units.dimension import Dimension, described, si_unit_of
 from .._units.parsing import common_unit, parsed
 from .kind_units import kind_units
 
+# An angle has no dimension: these are the units of its derivatives in a component that has angles.
+OF_ANGLES = {parsed(unit).dimension: unit for unit in ("rad/s", "rad/s2")}
+
 
 def signal_problems(flat: FlatModel) -> list[str]:
     """Connections, also through blocks that pass a signal on, between ports of different quantities."""
@@ -85,9 +88,11 @@ def _units(flat: FlatModel) -> dict[int, str]:
     for instances in flat.instances:
         kind = instances.kind
         declared = {parsed(one.unit).dimension: one.unit for one in kind.declarations if one.unit}
+        if "rad" in declared.values():
+            declared = OF_ANGLES | declared
         for slot, dimension in enumerate(kind_units(kind).dimensions):
             if dimension is not None:
-                unit = declared.get(dimension, si_unit_of(dimension))
+                unit = declared.get(dimension) or si_unit_of(dimension)
                 found |= dict.fromkeys((instances.leaf(entry, slot) for entry in range(len(instances.paths))), unit)
     return found
 

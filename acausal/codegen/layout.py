@@ -9,6 +9,7 @@ import numpy as np
 
 from .._evaluate.system import System
 from .._reduce.incidence import Pair
+from .._unit_check.signal_units import unit_of_leaf
 
 # The arrays: parameters, discrete variables, values (the states first), and guesses of iterations.
 Space = str  # "p", "d", "v", "guess", "t", or "" for a value that is always 0
@@ -141,9 +142,9 @@ class Numbering:
         """The named numbers of parameters or discrete variables: one for each component."""
         found = []
         for number, start in leaves.items():
-            leaf = self._leaves[number]
+            leaf, unit = self._leaves[number], unit_of_leaf(self.system.flat, number)
             rows = np.reshape(np.broadcast_to(values[number], leaf.stack + leaf.sizes), (leaf.count, -1))
             for i, row in enumerate(rows):
                 name, place = leaf.name(i), start + i * rows.shape[1]
-                found.append(Quantity(name, leaf.declaration.unit, place, np.asarray(row, float)))
+                found.append(Quantity(name, unit, place, np.asarray(row, float)))
         return found

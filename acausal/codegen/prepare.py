@@ -13,6 +13,7 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.setup.options import names_of
 from .._tracing import is_traced
+from .._unit_check.signal_units import unit_of_leaf
 from .expressions import identifier
 from .layout import Numbering, Places, Quantity
 from .model import CModel, Output
@@ -87,7 +88,7 @@ def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> lis
         )
     table, flat, found = system.ordered.table, system.flat, []
     for pair, start in zip(system.states, system.plan.starts.tolist(), strict=False):
-        unit = flat.leaves[flat.leaf_of_node[table.variables[pair[0]]]].declaration.unit
+        unit = unit_of_leaf(flat, int(flat.leaf_of_node[table.variables[pair[0]]]))
         value = np.asarray(y)[start : start + system.plan.size(pair[0])]
         found.append(Quantity(table.variable_name(*pair), unit + "/s" * pair[1], start, value))
     return found
@@ -116,5 +117,5 @@ def _outputs(system: System, layout: Numbering, names: Sequence[str] | None) -> 
             places = layout.node(leaf.first + i)
         for k in range(size):
             own = f"{name}[{k}]" if leaf.sizes else name
-            found.append(Output(own, leaf.declaration.unit, places._replace(firsts=places.firsts + k)))
+            found.append(Output(own, unit_of_leaf(flat, number), places._replace(firsts=places.firsts + k)))
     return found

@@ -11,6 +11,7 @@ from acausal import (
     Param,
     Scalar,
     Var,
+    Vector,
     at,
     connect,
     eq,
@@ -18,7 +19,7 @@ from acausal import (
     when,
 )
 from components.blocks import Gain, Input, Output, Sine
-from components.rotational import Inertia, SignalSpeed
+from components.rotational import Inertia, SignalSpeed, SignalTorque, SpeedSensor
 
 
 class Bouncer(Component):
@@ -114,6 +115,19 @@ class Turned(Component):
 
     def connections(self) -> Connections:
         return (connect(self.source.flange, self.rotor.a),)
+
+
+class Measured(Component):
+    """A torque from outside turns an inertia, whose speed is measured."""
+
+    scale: Param[Scalar, "1", positive] = 2.0  # of the torque
+    marks: Param[Vector, "m"] = (1.0, 2.0)  # a mark and another
+    torque: SignalTorque = SignalTorque()
+    inertia: Inertia
+    speed: SpeedSensor = SpeedSensor()
+
+    def connections(self) -> Connections:
+        return (connect(self.torque.flange, self.inertia.a, self.speed.flange),)
 
 
 class Clocked(Component):

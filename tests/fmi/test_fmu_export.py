@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from _fmu_models import Bouncer, Clocked, Forced, Inverters, Turned
+from _fmu_models import Bouncer, Clocked, Forced, Inverters, Measured, Turned
 
 from acausal import ModelError
 from acausal.fmi import export_fmu
@@ -62,6 +62,19 @@ def at_start(file: Path) -> tuple[Any, dict[str, int]]:
 def test_an_fmu_is_valid(bouncer: Path) -> None:
     assert validation.validate_fmu(str(bouncer)) == []
     assert bouncer.stat().st_size < 1_000_000
+
+
+def test_variables_have_units_and_descriptions(tmp_path: Path) -> None:
+    """Those of the declarations; an input and an output have the unit that the equations at their signal determine."""
+    file = export_fmu(
+        Measured(inertia=Inertia(J=2.0)), tmp_path / "measured.fmu", inputs=["torque.u"], outputs=["speed.y.value"]
+    )
+    found = {v.name: (v.unit, v.description) for v in fmpy.read_model_description(str(file)).modelVariables}
+    assert found["torque.u"][0] == "N.m"
+    assert found["speed.y.value"][0] == "rad/s"
+    assert found["inertia.J"] == ("kg.m2", "moment of inertia")
+    assert found["scale"] == ("1", "of the torque")
+    assert found["marks[1]"] == ("m", "a mark and another")
 
 
 def test_an_fmu_with_inputs_is_valid(forced: Path) -> None:

@@ -111,6 +111,7 @@ def _initial(variable: FmuVariable) -> str | None:
 
 def _common(variable: FmuVariable, reference: int) -> dict[str, str]:
     attributes = {"name": variable.name, "valueReference": str(reference), "causality": variable.causality}
+    attributes |= {"description": variable.description} if variable.description else {}
     attributes["variability"] = variable.variability
     if (initial := _initial(variable)) is not None:
         attributes["initial"] = initial

@@ -8,6 +8,7 @@ from typing import Literal
 import numpy as np
 
 from ..._declare.component import Component
+from ..._declare.node import nodes_of
 from ..._errors import ModelError
 from ..._evaluate.dependence import dependence
 from ..._integrate.setup.options import names_of
@@ -59,7 +60,7 @@ def export_fmu(
     events, tangents = events_of(found), along(found, with_rest=True)
     header = header_of(found, events, "equations of an FMU", DECLARATIONS)
     equations = source_of(found, events, tangents, own_functions(found, events, tangents))
-    variables = variables_of(found, inputs, sources, events.n_relations if events else 0)
+    variables = variables_of(found, dict(nodes_of(model)), inputs, sources, events.n_relations if events else 0)
     about = About(path.stem, own, _token(header, equations, repr(variables)), _text(model), stop_time)
     texts = {
         f"{found.name}.h": header,

@@ -2,12 +2,16 @@
 
 import collections
 import dataclasses
-from collections.abc import Container, Sequence
+import re
+from collections.abc import Container, Mapping, Sequence
 from typing import Literal, NamedTuple
 
+from ..._declare.class_card import comment_of
+from ..._declare.node import Node
 from ..._errors import ModelError
 from ..._evaluate.program import Use
 from ..._reduce.incidence import Pair
+from ..._unit_check.signal_units import unit_of_leaf
 from ..._units.dimension import TIME
 from ..._units.parsing import parsed
 from ...codegen.layout import Quantity
@@ -31,6 +35,7 @@ class FmuVariable:
     start: float | None = None
     derivative_of: int | None = None
     minimum: float | None = None
+    description: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -44,8 +49,11 @@ class Variables:
     state_places: list[int]  # of the FMU's states in the state vector of the C code, which holds the inputs, too
 
 
-def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n_indicators: int) -> Variables:
-    """The variables of an exported model. `sources` are the paths that hold the values of the inputs.
+def variables_of(
+    model: CModel, nodes: Mapping[str, Node], inputs: Sequence[str], sources: Sequence[str], n_indicators: int
+) -> Variables:
+    """The variables of an exported model. `sources` are the paths that hold the values of the inputs, and `nodes` the
+    parts of the model by path.
 
     A state or a discrete variable that is an output is one variable of the FMU, not two.
     """
@@ -57,9 +65,10 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
     rates = [_rate(model, state, 1 + number) for number, state in enumerate(states)]
     found += rates
     starts = {item.place: item.value for item in elements}
+    units = [_unit_of_input(model, name) for name in inputs]
     found += [
-        FmuVariable(name, "input", "continuous", "", "x", place, sign, start=sign * starts[place])
-        for name, (place, sign) in zip(inputs, signs.items(), strict=True)
+        FmuVariable(name, "input", "continuous", unit, "x", place, sign, start=sign * starts[place])
+        for name, unit, (place, sign) in zip(inputs, units, signs.items(), strict=True)
     ]
     found += _parameters(model)
     found += [_stored(item, "d", "discrete", shown) for item in _elements(model.discrete)]
@@ -69,6 +78,7 @@ def variables_of(model: CModel, inputs: Sequence[str], sources: Sequence[str], n
     indicators = range(len(found), len(found) + n_indicators)
     found += [FmuVariable(f"event_indicator[{i}]", "local", "continuous", "", "z", i) for i in range(n_indicators)]
     _check_names(found)
+    found = [dataclasses.replace(variable, description=_description(nodes, variable.name)) for variable in found]
     first_rate = 1 + len(states)
     return Variables(
         found,
@@ -86,6 +96,18 @@ class _Element(NamedTuple):
     unit: str
     place: int
     value: float
+
+
+def _unit_of_input(model: CModel, name: str) -> str:
+    """The unit of a signal, as far as the equations that read it determine one."""
+    flat = model.system.flat
+    return next(unit_of_leaf(flat, leaf) for path, (leaf, _) in flat.leaf_names.items() if path.startswith(f"{name}."))
+
+
+def _description(nodes: Mapping[str, Node], name: str) -> str:
+    """The comment behind the declaration of a variable or parameter; of an input, that of its port."""
+    path, _, field = re.sub(r"(\[\d+\])+$", "", name).rpartition(".")
+    return comment_of(type(nodes[path]), field) if path in nodes else ""
 
 
 def _stored(element: _Element, space: Space, variability: str, shown: Container[str]) -> FmuVariable:
