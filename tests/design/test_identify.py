@@ -468,6 +468,41 @@ def test_runs_of_functions_may_fail_on_the_way() -> None:
     assert float(fit.log_density([50.0])) < -1e10
 
 
+class Line(Component):
+    """Two numbers that two measured values determine, one of them also by many others."""
+
+    a: Param[Scalar, "m"] = 0.5
+    b: Param[Scalar, "m"] = 0.5
+
+
+@pytest.mark.parametrize("loss", ["linear", "huber"])
+def test_noise_that_does_not_converge_is_refused(loss: Any) -> None:
+    """The noise of `few` has an estimate only if the two values disagree enough with the many others, which then have
+    a share in b according to their variances.
+    """
+
+    def predict(model: Line) -> dict[str, Any]:
+        return {"few": jnp.stack([model.a, model.a + model.b]), "many": model.b * jnp.ones(20)}
+
+    def fitted(few: Any, **options: Any) -> Fit[Line]:
+        measured = {"few": few, "many": 1.0 + 0.1 * np.linspace(-1.0, 1.0, 20)}
+        free = {"a": (-10.0, 10.0), "b": (-10.0, 10.0)}
+        return identify(Line(), free, Experiment(predict, measured, **options), loss=loss)
+
+    with pytest.raises(SimulationError, match=r"noise of experiment 1: few has not converged.*its 2 values.*its sigma"):
+        fitted([0.0, 1.01])
+    known = fitted([0.0, 1.01], sigma={"few": 1e-2})
+    assert np.all(np.isfinite(known.std))
+    apart = fitted([0.0, 1.05])
+    a, b = apart.estimates
+    assert a == pytest.approx(0.5 * (1.05 - b), rel=1e-6)
+    if loss == "huber":
+        return
+    many = apart.sigma["experiment 1: many"][0] ** 2 / 20.0
+    few = 2.0 * apart.sigma["experiment 1: few"][0] ** 2
+    assert b - 1.0 == pytest.approx(0.05 * many / (few + many), rel=1e-5)
+
+
 def test_a_derivative_that_is_not_finite_at_the_start() -> None:
     experiment = Experiment(lambda m: {"y": jnp.sqrt(m.link.s_rel0)}, {"y": 1.0}, {"y": 1.0}, name="root")
     with pytest.raises(SimulationError, match=r"root: y: the derivative with respect to link.s_rel0 is not finite"):

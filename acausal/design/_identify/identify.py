@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Any, NoReturn, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
@@ -26,7 +26,6 @@ from .prepare import Labels, prepared, with_own
 from .start_errors import raise_start
 
 M = TypeVar("M", bound=Component)
-ROUNDS = 30  # most iterations of the noise
 SAME_NOISE = 1e-8  # relative change of the noise below which it has converged
 LEAST_NOISE = 1e-12  # smallest noise relative to the measured values, for an exact fit
 
@@ -60,6 +59,7 @@ def identify(
     - `starts`: number of starts: the values in `model`, and points of a Sobol sequence between the bounds. The searches
       run on all cores, and `ends` of the fit has their results.
     - `level`: of the confidence intervals. `tolerance`: of the parameters, relative to the distance of their bounds.
+    - `max_steps`: most iterations of a search, and most rounds of fit and estimated noise.
 
     A parameter that the data push against its bound stays there, and the covariance of the others is conditional on its
     value. Intervals end at the bounds, which does not change their coverage. If all noise is given, the covariance is
@@ -196,17 +196,33 @@ def _weighted(
     ends = multistart(problem, starts, tolerance, most) if len(starts) > 1 else None
     start = starts[0] if ends is None else ends.z[np.argmin(ends.chi2)]
     minimum, freedom = least(problem, start, tolerance, most), np.inf
-    for _ in range(ROUNDS if unknown else 0):
+    before = sigmas
+    for _ in range(most if unknown else 0):
         left = np.array([channel.n_values for channel in unknown]) - _taken_up(minimum, unknown)
         errors = [s * loss.weighted(minimum.residuals[c.rows]) for s, c in zip(sigmas, unknown, strict=True)]
         new = loss.noises(errors, left, LEAST_NOISE * sizes)
         settled = not minimum.computed or np.all(np.abs(new - sigmas) <= SAME_NOISE * new)
         if settled:
             break
-        sigmas, freedom, problem = new, float(np.sum(left)), _with_noise(problem, unknown, new)
+        before, sigmas = sigmas, new
+        freedom, problem = float(np.sum(left)), _with_noise(problem, unknown, new)
         again = minimise(problem, minimum.z, held, tolerance, most)
         minimum = again._replace(evaluations=again.evaluations + minimum.evaluations)
+    else:
+        if unknown:
+            _raise_noise(unknown, before, sigmas, most)
     return problem, minimum, freedom, ends
+
+
+def _raise_noise(channels: Sequence[Channel], before: np.ndarray, after: np.ndarray, rounds: int) -> NoReturn:
+    """Raises `SimulationError` with the channel whose noise changed most in the last round."""
+    i = int(np.argmax(np.abs(after - before) / after))
+    channel, change = channels[i], f"from {before[i]:.6g} to {after[i]:.6g} {channels[i].unit}".rstrip()
+    raise SimulationError(
+        f"The noise of {channel.label} has not converged after {rounds} rounds of fit and noise: the last one changed "
+        f"it {change}. The parameters follow its {channel.n_values} values too closely to leave an estimate. Give its "
+        "sigma, measure more values, or hold parameters that these values alone determine."
+    )
 
 
 def _taken_up(minimum: Minimum, channels: Sequence[Channel]) -> np.ndarray:
