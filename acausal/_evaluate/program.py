@@ -142,7 +142,10 @@ class _Writer:
                 is_used = position in family.template.form.inputs
                 node = int(family.nodes[inside, position]) if is_used else ZERO
                 args.append(self._variable(node, item.order, int(family.signs[inside, position])))
-        return Step(family.template, tuple(args), solved)
+        # Inverse operations solve for an unknown of a step that enters nonlinearly.
+        nonlinear = family.template.form.nonlinear if solved is not None else ()
+        own = [i for i in nonlinear if args[i].source == "unknown" and args[i].number == solved]
+        return Step(family.template.explicit[own[0]] if own else family.template, tuple(args), solved)
 
     def _variable(self, node: int, order: int, sign: int) -> Arg:
         if node < 0:

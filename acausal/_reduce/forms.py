@@ -205,7 +205,8 @@ def _any_of(forms: Sequence[Form]) -> Signs:
     return frozenset().union(*(form.signs for form in forms))
 
 
-def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
+def applied(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
+    """The forms of the outputs of an equation of a jaxpr."""
     name = eqn.primitive.name
     inner = called(eqn) or differentiable_call(eqn)
     if inner is not None:
@@ -242,4 +243,4 @@ def _apply(eqn: JaxprEqn, forms: Sequence[Form]) -> list[Form]:
 
 def interpret(closed: ClosedJaxpr, inputs: Sequence[Form]) -> list[Form]:
     """The forms of the outputs of a jaxpr whose inputs have the given forms."""
-    return interpreted(closed, inputs, _apply, constant)
+    return interpreted(closed, inputs, applied, constant)

@@ -63,10 +63,16 @@ def _single(ordered: Sorted, block: Block) -> Torn:
     (row,), (unknown,) = block.rows, block.unknowns
     entry = next(e for e in ordered.entries_of_row[row].tolist() if ordered.column[e] == unknown)
     table = ordered.table
-    if table.strength[entry] >= 2 and table.matchable[entry]:
+    if table.matchable[entry] and (table.strength[entry] >= 2 or _has_inverse(ordered, row, unknown)):
         return Torn([(row, unknown)], [], [], "explicit", block.level)
     method = "linear" if _is_linear(ordered, [row], {unknown}) else "nonlinear"
     return Torn([], [unknown], [row], method, block.level)
+
+
+def _has_inverse(ordered: Sorted, row: int, unknown: int) -> bool:
+    """Whether inverse operations solve the equation for an unknown that enters nonlinearly."""
+    positions = _positions(ordered, row, {unknown})
+    return len(positions) == 1 and positions <= ordered.table.place(row)[0].template.explicit.keys()
 
 
 def _entries(ordered: Sorted, row: int, inside: set[int], only_steady: bool) -> dict[int, int]:

@@ -13,6 +13,7 @@ from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
 from .flat_model import Kind
 from .forms import ANY, Coefficient, Form, interpret, parameter, variable
+from .inverse import solved_for
 from .jaxpr import as_function, slice_output, structs
 
 Source = Literal["param", "discrete", "time", "var"]
@@ -54,14 +55,17 @@ class Template:
     def shape(self) -> tuple[int, ...]:
         return self.jaxpr.out_avals[0].shape
 
-    @ft.cached_property
-    def form(self) -> Form:
+    @property
+    def _forms(self) -> list[Form]:
         # Neither time nor discrete variables are constant in a run.
-        forms = [
+        return [
             parameter(signs) if item.source == "param" else variable(i)
             for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
         ]
-        return interpret(self.jaxpr, forms)[0]
+
+    @ft.cached_property
+    def form(self) -> Form:
+        return interpret(self.jaxpr, self._forms)[0]
 
     @ft.cached_property
     def unknowns(self) -> tuple[int, ...]:
@@ -71,6 +75,12 @@ class Template:
     def coefficient(self, position: int) -> Coefficient | None:
         """The factor of an input that enters linearly; None for other inputs."""
         return self.form.terms.get(position)
+
+    @ft.cached_property
+    def explicit(self) -> "dict[int, Template]":
+        """The equation solved for an input that enters nonlinearly, by its position, where inverse operations do so."""
+        found = {i: solved_for(self.jaxpr, self._forms, i) for i in self.form.nonlinear}
+        return {i: dataclasses.replace(self, jaxpr=closed) for i, closed in found.items() if closed is not None}
 
     @ft.cached_property
     def derivative(self) -> "Template":
