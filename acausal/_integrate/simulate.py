@@ -106,7 +106,7 @@ def simulate(
       and those whose conditions are true at `t0`, do not fire again. False: they fire. None: they fire, except those
       that `initialise` has already fired for this start.
     - `throw`: raise an error on failure. False: `sol.result` holds the outcome, and `sol.t1` is infinite if the stop
-      condition was never met.
+      condition was never met. In searches and sweeps of `acausal.design`, all numbers of a failed run are NaN instead.
     - `progress`: True: print the progress of the run. None: report only long compilations. False: report nothing.
     - `system`: result of `choose_states`, which fixes the choice of states. None: chosen from the classes.
 
@@ -176,7 +176,7 @@ def simulate(
     with compiling("a run", model, run_stored, progress):
         solution = run_stored(settings, RunArgs(inputs, numbers))
     solution = dataclasses.replace(solution, _params=params.leaves)
-    solution = report_failure(solution) if throw else solution
+    solution = report_failure(solution, throw)
     warn_of_unresolved(solution)
     return solution
 

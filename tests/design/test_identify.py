@@ -451,11 +451,16 @@ def test_a_model_that_cannot_be_run_from_its_start() -> None:
         identify(rig(), FREE, steps)
 
 
-def test_runs_of_functions_may_fail_on_the_way() -> None:
-    """The mass is let go at 0.1 m and passes zero only if d is less than the critical damping, 12.6 N.s/m."""
+@pytest.mark.parametrize("throw", [True, False])
+def test_runs_of_functions_may_fail_on_the_way(throw: bool) -> None:
+    """The mass is let go at 0.1 m and passes zero only if d is less than the critical damping, 12.6 N.s/m.
+
+    Otherwise, a finite time is no result of the failed run, whatever its `throw`.
+    """
 
     def passage(model: Rig) -> dict[str, Any]:
-        return {"time": simulate(model, 0.5, until=lambda s: s.link.s_rel, save="end", rtol=1e-8).t1}
+        run = simulate(model, 0.5, until=lambda s: s.link.s_rel, save="end", rtol=1e-8, throw=throw)
+        return {"time": jnp.minimum(run.t1, 1.0)}
 
     free = {"link.d": (0.1, 100.0)}
     experiment = Experiment(passage, {"time": 0.3}, {"time": 1e-3}, units={"time": "s"})
@@ -501,6 +506,21 @@ def test_noise_that_does_not_converge_is_refused(loss: Any) -> None:
     many = apart.sigma["experiment 1: many"][0] ** 2 / 20.0
     few = 2.0 * apart.sigma["experiment 1: few"][0] ** 2
     assert b - 1.0 == pytest.approx(0.05 * many / (few + many), rel=1e-5)
+
+
+@pytest.mark.thorough
+def test_a_failed_run_that_does_not_throw_is_named() -> None:
+    """Another experiment, with a failed run and a result without it, is not blamed."""
+
+    def predict(model: Rig) -> dict[str, Any]:
+        return {"y": simulate(model, TIMES[-1], save=TIMES, max_steps=3, throw=False)["link.s_rel"]}
+
+    def guarded(model: Rig) -> dict[str, Any]:
+        return {"y": jnp.nan_to_num(predict(model)["y"])}
+
+    experiments = [Experiment(f, {"y": position()}, {"y": NOISE}, name=f.__name__) for f in (guarded, predict)]
+    with pytest.raises(SimulationError, match=r"^predict: At t = .* s: The maximum number of steps.*cannot start"):
+        identify(rig(), FREE, experiments)
 
 
 def test_a_derivative_that_is_not_finite_at_the_start() -> None:

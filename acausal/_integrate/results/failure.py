@@ -29,31 +29,42 @@ from .solution import Solution
 LAST = 8  # number of last event instants that are named
 SHOWN = 3  # number of variables with large errors that are named
 SMALL = 1e-3  # an error below this fraction of the tolerance is not informative, as in a short step after an event
-_is_trial: contextvars.ContextVar[bool] = contextvars.ContextVar("is_trial", default=False)
+_raises: contextvars.ContextVar[bool | None] = contextvars.ContextVar("raises", default=None)
 
 
 @contextlib.contextmanager
-def trials() -> Iterator[None]:
-    """Let runs that would raise an error return NaN, for a search that rejects them."""
-    token = _is_trial.set(True)
+def _failures(raises: bool) -> Iterator[None]:
+    token = _raises.set(raises)
     try:
         yield
     finally:
-        _is_trial.reset(token)
+        _raises.reset(token)
+
+
+def trials() -> contextlib.AbstractContextManager[None]:
+    """All real numbers of failed runs are NaN, whatever their `throw`, for a search that rejects them."""
+    return _failures(False)
+
+
+def diagnosis() -> contextlib.AbstractContextManager[None]:
+    """Failed runs raise, whatever their `throw`, to name the cause."""
+    return _failures(True)
 
 
 def is_trial() -> bool:
     """Whether the run is inside `trials`, so that a failure does not raise."""
-    return _is_trial.get()
+    return _raises.get() is False
 
 
-def report_failure(solution: Solution) -> Solution:
-    """Raise if the run failed; under `jit`, at execution time. Otherwise return the solution.
+def report_failure(solution: Solution, throw: bool) -> Solution:
+    """Raise if the run failed and `throw`; under `jit`, at execution time. Otherwise return the solution.
 
-    Inside `trials`, all real numbers of a failed run are NaN instead.
+    Inside `trials`, all real numbers of a failed run are NaN instead; inside `diagnosis`, it raises.
     """
     result = solution.result
     fine = is_success(result)
+    if not throw and _raises.get() is None:
+        return solution
     if is_trial():
         return jax.tree.map(lambda x: jnp.where(fine, x, jnp.nan) if eqx.is_inexact_array(x) else x, solution)
     are_fine = known(fine)

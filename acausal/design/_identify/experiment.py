@@ -13,7 +13,7 @@ from jaxtyping import Array, Int
 from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._errors import ArgumentError, ModelError, ParameterError, SimulationError
-from ..._integrate.results.failure import trials
+from ..._integrate.results.failure import diagnosis, trials
 from ..._integrate.simulate import simulate
 from ..._numbers import Numbers
 from .._problem.free import Place, with_numbers
@@ -58,7 +58,7 @@ class Experiment:
 
     - `predict(model)`: a dictionary of predicted numbers or arrays, with the names of `measured`, from one or several
       runs. It must be traceable by jax. The search steps back from parameters with which a prediction is not finite.
-      A run that fails gives NaN, unless it has `throw=False`.
+      All numbers of a run that fails are NaN, whatever its `throw`.
     - `measured`: the measured values by name, as quantities or as numbers in the unit of `units`.
     - `sigma`: standard deviations of the noise by name, in the same units; a number, or one for each value. The noise
       of other names is estimated from the residuals, as one number for all values of a name.
@@ -163,7 +163,8 @@ class Prepared(eqx.Module):
     def failure(self, model: Component) -> str:
         """The error of a failed run with its time, cause and remedy; empty if no run fails."""
         try:
-            self.predict(model, self.times)
+            with diagnosis():
+                self.predict(model, self.times)
         except (SimulationError, ParameterError) as error:
             return str(error)
         return ""

@@ -47,8 +47,7 @@ class Fit(Estimate[M]):
 
         `x` is in the order of `names`. The density is zero, and its logarithm -inf, outside the bounds. jax can
         compile and differentiate it, so that it is the argument of samplers: its gradient costs a run with forward
-        derivatives. Estimated noise counts as known. A run that fails gives a density of practically zero,
-        unless it has `throw=False` and its values are finite.
+        derivatives. Estimated noise counts as known. A run that fails gives a density of practically zero.
 
         Raises `ArgumentError` unless `x` has one number for each parameter.
         """

@@ -72,8 +72,7 @@ def identify(
     of values and p that of parameters. It holds for all distributions of outliers that are as often high as low. Noise
     is estimated by Huber's proposal 2, and the intervals are those of Student's t distribution.
 
-    The search steps back from parameters with which a prediction is not finite, or a run fails that has no
-    `throw=False`.
+    The search steps back from parameters with which a run fails, whatever its `throw`, or a prediction is not finite.
 
     Sources: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3; Huber and Ronchetti,
     Robust Statistics, 2nd ed., ch. 6 and 7.

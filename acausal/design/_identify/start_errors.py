@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NoReturn
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -33,14 +34,21 @@ def raise_start(
     )
     for experiment, label in zip(ready, labels, strict=True):
         model = experiment.applied(problem.shared_model(x), x)
-        if cause := experiment.failure(model) or _not_finite(experiment, model):
+        if cause := _cause(experiment, model):
             raise SimulationError(f"{label.name}: {cause} {where}. {remedy}")
     raise SimulationError(f"{_derivative(problem, free, channels, x)} {where}. {remedy}")
 
 
+def _cause(experiment: Prepared, model: Component) -> str:
+    """The error of a failed run, or else the first prediction that is not finite; empty if all are finite."""
+    strange = _not_finite(experiment, model)
+    return strange and (experiment.failure(model) or strange)
+
+
 def _not_finite(experiment: Prepared, model: Component) -> str:
     """The first prediction that is not finite; empty if there is none."""
-    for name, found in experiment.predicted(model).items():
+    # Compiled as in the fit: outside of `jit`, a failed run has fewer saved values.
+    for name, found in eqx.filter_jit(experiment.predicted)(model).items():
         values = np.ravel(found)
         if not np.all(np.isfinite(values)):
             first = int(np.argmin(np.isfinite(values)))
