@@ -111,6 +111,8 @@ class Liquid(AnyLiquid):
       Esque, Ellman 2000; Gholizadeh, Burton, Schoenau 2011 for a survey of such laws).
     - For x = p + atmosphere - vapour pressure below p_t, p_g = p_t (1 + (p_t - x)/(k p_t))^(-k), k = 40, is never zero:
       the density is defined at any pressure, and has fallen to 1e-8 some 30 p_t below the vapour pressure.
+    - With air = 0 there are no bubbles: the bulk modulus is K + m p, and the liquid sustains tension instead of
+      cavitating, like a `LinearLiquid`.
     - Temperature, with D = T - T_ref: density/(1 + expansion D + curvature D^2), K exp(-softening D), and vapour
       pressure exp(-vaporisation (1/T - 1/T_ref)) by Clausius and Clapeyron.
     - Viscosity: ln((nu + shift)/unit) = Z_1 (T_1/T)^w through two points of a data sheet (Walther; ASTM D341 with a
@@ -123,7 +125,7 @@ class Liquid(AnyLiquid):
     nu_1: Param[Scalar, "m2/s", positive]  # kinematic viscosity at T_1
     nu_2: Param[Scalar, "m2/s", positive]  # kinematic viscosity at T_2
     temperature: Param[Scalar, "K", positive] = 313.15  # T, temperature of the circuit
-    air: Param[Scalar, "1", positive] = 0.005  # volume fraction of undissolved air at atmospheric pressure
+    air: Param[Scalar, "1", nonneg] = 0.005  # volume fraction of undissolved air at atmospheric pressure
     T_ref: Param[Scalar, "K", positive] = 288.15  # reference temperature of density, bulk modulus and vapour pressure
     T_1: Param[Scalar, "K", positive] = 313.15  # temperature of nu_1
     T_2: Param[Scalar, "K", positive] = 373.15  # temperature of nu_2

@@ -76,6 +76,8 @@ UNFIT: list[tuple[dict[str, Any], str]] = [
     (dict(until=lambda s: None), "until must return one real number, but returned 0"),
     (dict(until=lambda s: "a"), "until must return real numbers, but returned 'a'"),
     (dict(integrals=0.5), "integrals must be a function of the variables, got 0.5"),
+    (dict(integrals={"q": abs}), r"integrals must be a function.* must return the dictionary: .*=lambda s: {'q': ...}"),
+    (dict(peaks={}), r"peaks must be a function.* must return the dictionary: peaks=lambda s: {'name': ...}"),
     (dict(solver="Tsit5"), "solver='Tsit5' is not valid: pass a solver of diffrax"),
     (dict(adjoint="direct"), "adjoint='direct' is not valid: pass one of diffrax"),
     (dict(system="rc"), r"system='rc' is not valid: pass choose_states\(model\)"),

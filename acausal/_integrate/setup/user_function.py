@@ -68,7 +68,8 @@ DERIVATIVES = "their derivatives, d"
 def as_function(value: object, what: str, arguments: Sequence[str] = (VARIABLES,)) -> Callable[..., PyTree]:
     """Validates a user function that is called with the `arguments`."""
     if not callable(value):
-        raise ModelError(f"{what} must be a function of the variables, got {value!r}.")
+        remedy = _if_many(value, what, arguments)
+        raise ModelError(f"{what} must be a function of the variables, got {value!r}.{remedy}")
     with contextlib.suppress(ValueError):  # not every callable has a signature
         signature = inspect.signature(value)
         try:
@@ -78,6 +79,14 @@ def as_function(value: object, what: str, arguments: Sequence[str] = (VARIABLES,
                 f"{what} is called with {' and '.join(arguments)}, but takes {signature}: {error}."
             ) from None
     return value
+
+
+def _if_many(value: object, what: str, arguments: Sequence[str]) -> str:
+    """The remedy for a dictionary of functions in place of a function."""
+    if not isinstance(value, Mapping):
+        return ""
+    taken = ", ".join(argument.rsplit(" ", 1)[-1] for argument in arguments)
+    return f" The function must return the dictionary: {what}=lambda {taken}: {{{next(iter(value), 'name')!r}: ...}}."
 
 
 def trace(
