@@ -94,18 +94,19 @@ def test_a_loop_decays_up_to_the_limit_of_stability(kT: float) -> None:
     assert x[2] == pytest.approx(2.0 * turned.real * x[1] - abs(turned) ** 2 * x[0], abs=2e-8 * max(1.0, *np.abs(x)))
 
 
+def pulsed(step: Any, total: Any, delay: Any, gain: Any, integrator: Any) -> Connections:
+    back = connect(delay.y, gain.u), connect(gain.y, total.u2)
+    return connect(step.y, total.u1), connect(total.y, delay.u, integrator.u), *back
+
+
 @pytest.mark.thorough
 def test_a_jump_returns_with_half_its_height_after_each_delay() -> None:
     """u = step - u(t - T)/2 has no state in its loop; the integral of the stairs is exact."""
 
-    def wiring(step: Any, total: Any, delay: Any, gain: Any, integrator: Any) -> Connections:
-        back = connect(delay.y, gain.u), connect(gain.y, total.u2)
-        return connect(step.y, total.u1), connect(total.y, delay.u, integrator.u), *back
-
     def end(T: Scalar, start: Scalar) -> Scalar:
         step, gain = blocks.Step(start_time=start, height=1.0), blocks.Gain(k=-0.5)
         parts = (step, blocks.Sum(), blocks.FixedDelay(T=T), gain, blocks.Integrator())
-        return simulate(Rig(parts=parts, wiring=wiring), 3.0, rtol=1e-6, save="end").final.parts[4].x
+        return simulate(Rig(parts=parts, wiring=pulsed), 3.0, rtol=1e-6, save="end").final.parts[4].x
 
     def exact(T: Scalar, start: Scalar) -> Scalar:
         return sum((-0.5) ** i * (3.0 - start - i * T) for i in range(6))
@@ -113,6 +114,40 @@ def test_a_jump_returns_with_half_its_height_after_each_delay() -> None:
     value, slopes = jax.value_and_grad(lambda p: end(*p))(jnp.array([0.5, 0.25]))
     assert value == pytest.approx(exact(0.5, 0.25), abs=1e-13)
     assert slopes == pytest.approx(np.asarray(jax.grad(lambda p: exact(*p))(jnp.array([0.5, 0.25]))), abs=1e-12)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("periods", [1.0, 2.0, 0.5, 1.0 / 3.0])
+def test_jumps_that_return_with_the_jumps_of_a_pulse(periods: float) -> None:
+    """u = pulse + u(t - T)/2 over 100 periods. Jumps that coincide are one event, so there are as many steps as jumps
+    at different times; the derivative by the gain is that of the geometric series, in both modes.
+    """
+    P, T = 0.1, 0.1 * periods
+
+    def run(gain: Scalar, end: float, **options: Any) -> Any:
+        delay = blocks.FixedDelay(T=T, steady=False)
+        parts = (blocks.Pulse(amplitude=1.0, period=P), blocks.Sum(), delay, blocks.Gain(k=gain), blocks.Integrator())
+        return simulate(Rig(parts=parts, wiring=pulsed), end, **options)
+
+    t = P * (0.02 + 0.25 * np.arange(400))
+    i = np.arange(60)
+    ago = t[:, None] - i * T
+    pulses = np.where(ago > 0.0, np.mod(ago, P) < 0.5 * P, 0.0)
+    solution = run(0.5, 100.0 * P, save=t)
+    assert solution["parts[1].y.value"] == pytest.approx(pulses @ 0.5**i, abs=1e-12)
+    assert solution.stats["num_steps"] < (650 if periods < 0.5 else 220)
+
+    end = 30.25 * P
+
+    def integral(gain: Scalar) -> Scalar:
+        return run(gain, end, save="end").final.parts[4].x
+
+    left = np.maximum(end - i * T, 0.0)
+    each = 0.5 * P * np.floor(left / P + 1e-9) + np.minimum(left - P * np.floor(left / P + 1e-9), 0.5 * P)
+    slope = np.sum(i[1:] * 0.5 ** (i[1:] - 1.0) * each[1:])
+    assert integral(0.5) == pytest.approx(np.sum(0.5**i * each), abs=1e-12)
+    assert jax.grad(integral)(0.5) == pytest.approx(slope, abs=1e-11)
+    assert jax.jacfwd(integral)(0.5) == pytest.approx(slope, abs=1e-11)
 
 
 @pytest.mark.thorough

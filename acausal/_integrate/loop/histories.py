@@ -63,8 +63,8 @@ class Histories:
         misfit = jnp.max(jax.lax.stop_gradient(error / self._tolerance(values)))
         carried = path.carried
         for place, row in zip(self.places, found.T, strict=True):
-            last = place[-1, WIDTH:] - layout.carried.start
-            carried = carried.at[last].set(jnp.append(t1 - t0, row))
+            last = place[-1] - layout.carried.start
+            carried = carried.at[last[WIDTH:]].set(jnp.append(t1 - carried[last[START]], row))
         return StepRow(carried, jnp.where(jnp.isnan(misfit), jnp.inf, misfit))
 
     def begun(self, t: Array, y: Vector, order: Array) -> Vector:

@@ -122,9 +122,10 @@ class StepLoop(Steps):
         )
         y1 = layout.joined(core1, carried)
         if events is None:
-            settled, triggered = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1))), jnp.zeros(0, bool)
+            settled, at = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1))), t1
+            triggered = jnp.zeros(0, bool)
         else:
-            settled, found, is_early, triggered = self.through_events(path, c, t1, y1, keep, meets, instant)
+            settled, found, is_early, triggered, at = self.through_events(path, c, t1, y1, keep, meets, instant)
             # The step was too long to resolve the solution just after an event.
             keep &= ~is_early
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
@@ -135,7 +136,7 @@ class StepLoop(Steps):
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, step_args)
             y = layout.with_part(y, layout.peaks, new)
-        settled = self.with_histories(settled._replace(y=y), triggered)
+        settled = self.with_histories(settled._replace(y=y), triggered, at)
         y = settled.y
         rows = self.saved(path, c, t, keep)
         record = self.recorded(c, settled, y, keep, {"inner": info, "start": t0, "end": t1, "carried": carried})
@@ -159,10 +160,10 @@ class StepLoop(Steps):
 
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
-    ) -> tuple[Carry, Array, Array, Array]:
+    ) -> tuple[Carry, Array, Array, Array, Array]:
         """The loop state after the first events in a step, or else at its end. Also the times located in the step at
         which equations change, up to the first of which the step must be repeated; and whether a relation that has just
-        changed changes back immediately, so that the step must be shorter; and the triggered events.
+        changed changes back immediately, so that the step must be shorter; the triggered events, and their time.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
@@ -183,6 +184,9 @@ class StepLoop(Steps):
         # Just after all due times, where the equations have changed.
         t = jnp.where(is_there, instant + args.tick(instant), stop)
         is_due = is_there & (forward * c.due <= t)
+        # A break that returns together with another event takes its time, so that rounding errors do not add up.
+        own = jnp.min(jnp.where(is_due & ~events.remembers, forward * c.due, jnp.inf))
+        at = jnp.where(is_there, jnp.where(jnp.isfinite(own), own, instant), stop)
         new = jnp.where(found.triggered & events.nonlinear & ~is_due, forward * stop, forward * jnp.inf)
         triggered = (is_due | found.triggered) & keep
         changes_back = jnp.any((found.truths != c.truths) & ~c.armed & events.of_laws)
@@ -215,7 +219,7 @@ class StepLoop(Steps):
             armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
         carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end)
-        return carried, new, is_early, triggered
+        return carried, new, is_early, triggered, held(at)
 
     def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> Carry:
         """The loop state after an instant, with the events that begin there and all events that they trigger. `earlier`
