@@ -56,7 +56,7 @@ class SpringAppliedBrake(ShaftFriction):
     At rest it holds `peak` times the sliding torque. A magnet or a cylinder lifts the plates against the springs, so
     that without voltage or pressure the brake is closed (VDI 2241). For a hydraulic release, u is the pressure over the
     one that opens the brake, from a `PressureSensor` and a `Gain`. For the delay of a magnet, put a `FirstOrder` in
-    between. A signal below 0 would add to the springs: limit one that can undershoot. The brake reacts on the ground,
+    between. A signal below 0 counts as 0, because a release never adds to the springs. The brake reacts on the ground,
     or on a housing with `support=Flange()`.
     """
 
@@ -72,7 +72,7 @@ class SpringAppliedBrake(ShaftFriction):
 
     def sliding(self, speed: Scalar) -> Scalar:
         del speed
-        return self.torque * (1.0 - self.u.value)
+        return self.torque * (1.0 - positive_part(self.u.value))
 
     def breakaway(self) -> Scalar:
         return self.peak * self.sliding(0.0)

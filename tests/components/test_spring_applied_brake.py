@@ -71,6 +71,16 @@ def test_a_brake_stops_the_load_when_the_voltage_fails() -> None:
     np.testing.assert_allclose(run["brake.tau"], [SPRINGS, LOAD], rtol=1e-6)
 
 
+def test_a_negative_signal_does_not_add_to_the_springs() -> None:
+    """A load above the springs slips with J dw/dt = load - springs, for u = -0.5 as for u = 0."""
+    load = 1.2 * SPRINGS
+    model = replace(drum(Staircase(times=[0.0, 0.2, 9.0], values=[-0.5, 0.0])), {"load.torque": load})
+    run = simulate(model, 0.5, save=[0.1, 0.3, 0.5], rtol=1e-9, energy=True)
+    np.testing.assert_allclose(run["drum.w"], (load - SPRINGS) / J * np.array([0.1, 0.3, 0.5]), rtol=1e-6)
+    np.testing.assert_allclose(run["brake.tau"], SPRINGS, rtol=1e-6)
+    assert abs(run.energy.imbalance) < 1e-6
+
+
 def test_what_a_spring_applied_brake_refuses() -> None:
     with pytest.raises(ParameterError, match="peak must be at least 1"):
         SpringAppliedBrake(torque=1.0, peak=0.9)
