@@ -11,7 +11,22 @@ from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 
-from acausal import Component, Energy, Equations, Flow, ModelError, Port, Scalar, Var, eq, positive
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Flow,
+    ModelError,
+    Param,
+    Port,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    require,
+)
 
 from ..thermal import HeatPort
 from ._heat_carrier import HeatCarrier, with_carrier
@@ -149,6 +164,17 @@ class MixedPart(FluidPart, partial=True):
         # In a part without a volume, the viscosity would determine a temperature that determines the viscosity.
         is_unknown = self.carrier is not None and not self._holds_liquid()
         return None if self.heat is None or is_unknown else self.heat.T
+
+
+class StatedVolume(MixedPart, partial=True):
+    """A part whose law does not depend on how much liquid it holds: `volume` is for liquids that carry heat."""
+
+    volume: Param[Scalar, "m3", nonnegative] = 0.0  # liquid in it, without pressure and at s = 0
+
+    def requirements(self) -> Requirements:
+        if self.carrier is None:
+            return ()
+        return (require(self.volume > 0.0, "volume must be positive, because the liquid carries heat"),)
 
 
 class TwoPort(MixedPart, partial=True):

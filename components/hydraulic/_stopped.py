@@ -28,8 +28,9 @@ class StoppedCylinder(Component):
         bore: Param[Scalar, "m"],  # diameter of the piston
         stroke: Param[Scalar, "m"],  # travel between the ends
         restitution: Param[Scalar, "1"] = 0.0,  # ratio of the speeds after and before an impact, at most 1
+        volume: Param[Scalar, "m3"] = 0.0,  # liquid at s = 0, for liquids that carry heat
     ) -> None:
-        self.cylinder = SlaveCylinder(bore=bore)
+        self.cylinder = SlaveCylinder(bore=bore, volume=volume)
         self.stop = HardStop(s_min=0.0, s_max=stroke, restitution=restitution)
         self.rod, self.port = Rod(), FluidPort()
 

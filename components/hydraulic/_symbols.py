@@ -130,7 +130,8 @@ SYMBOLS = VALVES | {
     "CharacteristicLine": PIPE,
     "Line": Symbol(
         60, 20, {"a": (0, 10), "b": (60, 10)}, "M0 10h8q22 14 44 0h8", solid=circle(8, 10, 2.5) + circle(52, 10, 2.5)
-    ),
+    )
+    + _heated(30, 20, "v-3"),
     "PipeWall": Symbol(
         80,
         20,
@@ -193,14 +194,15 @@ SYMBOLS = VALVES | {
         rect(4, 4, 152, 32)
         + "M80 4v32M28 18h144M28 22h144M28 4v32M104 4v32M172 18v4M10 36v4M70 36v4M90 36v4M150 36v4M172 20h8",
     ),
-    "SlaveCylinder": _cylinder(ROD + "M102 18v4M0 20h4M102 20h8", PUSHED),
+    "SlaveCylinder": _cylinder(ROD + "M102 18v4M0 20h4M102 20h8", PUSHED) + _heated(20, 40, "v-4"),
     "StoppedCylinder": _cylinder(ROD + "M102 18v4M0 20h4M102 20h8M10 4v8M74 4v8M10 36v-8M74 36v-8", PUSHED),
     "MasterCylinder": Symbol(
         110,
         40,
         {"rod": (0, 20), "port": (110, 20)},
         rect(30, 4, 76, 32) + "M82 18h-74M82 22h-74M82 4v32M8 18v4M0 20h8M106 20h4",
-    ),
+    )
+    + _heated(90, 40, "v-4"),
     "RotaryVaneActuator": Symbol(
         60,
         40,

@@ -2,9 +2,9 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Nominal, Param, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import Energy, Equations, Nominal, Param, Scalar, Var, eq, nonnegative, positive, prefer
 
-from ._interfaces import FluidPort, MixedPart
+from ._interfaces import FluidPort, MixedPart, StatedVolume
 
 
 class Volume(MixedPart):
@@ -28,11 +28,12 @@ class Volume(MixedPart):
         return Energy(stored=0.5 * self.volume / self.bulk_modulus * self.p**2)
 
 
-class Line(Component):
+class Line(StatedVolume):
     """A short line whose liquid acts as a spring with damping (Kelvin-Voigt): p = stiffness V + damping dV/dt.
 
     V is the volume by which the liquid is compressed, dV/dt = q_a + q_b, and the pressure is uniform. The damping
-    represents the losses of compression. Not modelled: pressure drop along the line, waves, inertia.
+    represents the losses of compression. If the liquid carries heat, the line is one mixed volume. Not modelled:
+    pressure drop along the line, waves, inertia.
     """
 
     stiffness: Param[Scalar, "Pa/m3", positive]  # bulk modulus over volume of the line
@@ -47,7 +48,7 @@ class Line(Component):
     @classmethod
     def from_bulk_modulus(cls, *, bulk_modulus: Scalar, volume: Scalar, damping: Scalar = 0.0) -> "Line":
         """A line with the given volume in m3 of a liquid with the given bulk modulus in Pa."""
-        return cls(stiffness=bulk_modulus / volume, damping=damping)
+        return cls(stiffness=bulk_modulus / volume, damping=damping, volume=volume)
 
     def equations(self, d: Self) -> Equations:
         return dict(
@@ -57,6 +58,9 @@ class Line(Component):
             compression=eq(d.V, self.q),
             kelvin_voigt=eq(self.p, self.stiffness * self.V + self.damping * self.q),
         )
+
+    def held_liquid(self) -> Scalar:
+        return self.volume + self.V
 
     def energy(self) -> Energy:
         return Energy(stored=0.5 * self.stiffness * self.V**2, dissipated=self.damping * self.q**2)

@@ -78,5 +78,5 @@ class HardStop(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """Dissipates the residual speed at rest; the losses of impacts are recorded with the events."""
-        return Energy(dissipated=self.tau * self.w)
+        """Supplies the work that lifts a load from beyond a stop; impact losses are recorded with the events."""
+        return Energy(supplied=-self.tau * self.w)

@@ -100,5 +100,5 @@ class RigidContact(Compliant):
         )
 
     def energy(self) -> Energy:
-        """Dissipates the residual speed while together; the losses of impacts are recorded with the events."""
-        return Energy(dissipated=self.f * self.v_rel)
+        """Supplies the work that parts overlapping bodies; impact losses are recorded with the events."""
+        return Energy(supplied=-self.f * self.v_rel)

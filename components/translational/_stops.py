@@ -81,8 +81,8 @@ class HardStop(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """Dissipates the residual speed at rest; the losses of impacts are recorded with the events."""
-        return Energy(dissipated=self.f * self.v)
+        """Supplies the work that lifts a load from beyond a stop; impact losses are recorded with the events."""
+        return Energy(supplied=-self.f * self.v)
 
 
 class MassWithStopAndFriction(Component):
@@ -163,5 +163,6 @@ class MassWithStopAndFriction(Component):
         )  # fmt: skip
 
     def energy(self) -> Energy:
-        """Dissipation by friction and, at a stop, of the residual speed; impact losses are recorded with the events."""
-        return Energy(stored=0.5 * self.m * self.v**2, dissipated=(self._friction() + self.contact) * self.v)
+        """Dissipation by friction, and the work of the stops as in `HardStop`."""
+        kinetic = 0.5 * self.m * self.v**2
+        return Energy(stored=kinetic, dissipated=self._friction() * self.v, supplied=-self.contact * self.v)

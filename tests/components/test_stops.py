@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from _rig import Rig
 
-from acausal import Connections, ParameterError, Scalar, connect, simulate
+from acausal import Component, Connections, ParameterError, Scalar, connect, simulate
+from acausal.testing import check_power_balance
 from components import blocks, hydraulic, rotational, translational
 
 TIGHT = 1e-10
 G = 9.81
+TINY = {"parts[1].v": 1e-6}
 
 
 def wire_drop(weight: Any, ball: Any, floor: Any) -> Connections:
@@ -154,6 +156,38 @@ def test_rotor_behind_a_gear_bounces_between_stops() -> None:
     np.testing.assert_allclose(times[np.isfinite(times)], [0.5, 2.5], atol=1e-8)
     final = solution.final.parts
     np.testing.assert_allclose([final[1].w, final[3].flange.phi], [2.0, -0.5], atol=1e-8)
+
+
+STOPPED = (
+    translational.HardStop(s_min=-0.4, s_max=0.4),
+    rotational.HardStop(phi_min=-0.4, phi_max=0.4),
+    translational.MassWithStopAndFriction(m=1.3, s_min=-0.4, s_max=0.4, F_Coulomb=0.4),
+)
+
+
+@pytest.mark.parametrize("stop", STOPPED, ids=["translational", "rotational", "with friction"])
+def test_stops_generate_nothing_that_they_do_not_declare(stop: Component) -> None:
+    """Among the points are some at which a stop draws a body back that is far beyond it, against a load."""
+    for seed in (1, 2, 3):
+        check_power_balance(stop, sizes=1.0, points=32, seed=seed)
+
+
+def wire_overlap(weight: Any, ball: Any, floor: Any, ground: Any) -> Connections:
+    return connect(weight.flange, ball.a), connect(ball.b, floor.b), connect(floor.a, ground.flange)
+
+
+@pytest.mark.parametrize("is_contact", [False, True])
+def test_work_of_a_start_beyond_a_stop_is_supplied(is_contact: bool) -> None:
+    """It lifts a load of 500 N, which starts at -1 mm, by 1 mm (1 - exp(-t/100 s)), because LAG DRAW = 1/(100 s)."""
+    weight, ball = translational.ConstantForce(force=-500.0), translational.Mass(m=2.0, s=-1e-3)
+    parts: tuple[Any, ...] = (weight, ball, translational.HardStop(s_min=0.0))
+    if is_contact:
+        parts = (weight, ball, translational.RigidContact(), translational.Fixed())
+    wiring = wire_overlap if is_contact else wire_drop
+    solution = simulate(Rig(parts=parts, wiring=wiring), 5.0, save="end", energy=True, rtol=1e-8, nominal=TINY)
+    supplied = solution.energy.supplied["parts[2]"]
+    np.testing.assert_allclose(supplied, 500.0 * 1e-3 * -math.expm1(-0.05), rtol=1e-3)
+    assert abs(solution.energy.imbalance) < 1e-6 * supplied
 
 
 @pytest.mark.thorough

@@ -11,6 +11,7 @@ from _rig import Rig
 from acausal import ArgumentError, Component, Connections, check, connect, simulate
 from components.blocks import Sine
 from components.hydraulic import (
+    BootstrapTank,
     Chamber,
     ConstantFlow,
     DoubleActingCylinder,
@@ -22,7 +23,6 @@ from components.hydraulic import (
     Pipe,
     PipeWall,
     ReliefValve,
-    SlaveCylinder,
     Tank,
     WilsonLosses,
     fill,
@@ -186,8 +186,8 @@ def test_a_long_pipe_cools_its_liquid_exponentially() -> None:
 
 
 def test_parts_that_cannot_carry_heat_are_named() -> None:
-    with pytest.raises(ArgumentError, match=r"^SlaveCylinder cannot carry heat, .* Chamber, a Pipe or a Single"):
-        fill(SlaveCylinder(bore=0.02), OIL)
+    with pytest.raises(ArgumentError, match=r"^BootstrapTank cannot carry heat, .* Chamber, a Pipe or a Single"):
+        fill(BootstrapTank(area=0.01, pilot_area=2e-4, stroke=0.1), OIL)
     with pytest.raises(
         ArgumentError, match=r"^FourWayValve: liquids that carry heat take the losses along. Omit `heat`"
     ):
