@@ -1,10 +1,10 @@
-"""Parameters that follow an outer component: the branch of an if and the range of a loop have the modified value."""
+"""Values of outer components that select equations, components and sizes: they are those of the inner component."""
 
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from acausal import simulate
+from acausal import replace, simulate
 from acausal.modelica import ModelicaError, load
 
 MODEL = """
@@ -82,7 +82,7 @@ def test_the_modified_value_is_the_range_of_a_loop() -> None:
     ],
 )
 def test_a_value_that_no_modifier_gives_is_refused(old: str, new: str, remedy: str) -> None:
-    with pytest.raises(ModelicaError, match=f"which the front end ignores.*{remedy}"):
+    with pytest.raises(ModelicaError, match=f"line .*the front end ignores its value.*{remedy}"):
         load(MODEL.replace(old, new), "Plant(system(energy = Plant.Start.Given))")
 
 
@@ -100,7 +100,140 @@ def test_an_expression_of_a_follower_selects_by_its_value() -> None:
     assert_allclose(starts("Plant(system(energy = Plant.Start.Steady))", text), 2.0)
 
 
-def test_elements_of_an_array_with_values_of_their_own_are_refused() -> None:
+def test_elements_of_an_array_have_values_of_their_own() -> None:
     text = MODEL.replace("Tank tank[2];", "outer System system; Tank tank[2](start = {system.mass, Start.Free});")
-    with pytest.raises(ModelicaError, match=r"group\.tank\[2\]\.start .*not all elements of its array"):
-        load(text, "Plant(system(energy = Plant.Start.Given))")
+    assert_allclose(starts("Plant(system(energy = Plant.Start.Given))", text), [3.0, 3.0, 1.0])
+
+
+SELECTION = """
+package P
+  type S = enumeration(Free, Given);
+  function f input Boolean b; output Boolean y; algorithm y := not b; end f;
+  model Part Real y = 3; end Part;
+  model System
+    parameter Boolean flag = false;
+    parameter Boolean inverse = not flag;
+    parameter Integer n = 1;
+    parameter Real k = 1;
+    parameter S s = S.Free;
+  end System;
+  model Special extends System(flag = true, n = 3, k = 3, s = S.Given); end Special;
+  model Redeclared
+    extends System(n = 3, k = 3, s = S.Given);
+    redeclare parameter Boolean flag = true;
+  end Redeclared;
+  model Tank
+    outer System system;
+    DECLARED
+    Real y;
+  equation
+    EQUATIONS
+  end Tank;
+  model Room
+    inner System system;
+    Tank tank;
+  end Room;
+  model House
+    replaceable model Kind = System;
+    inner Kind system;
+    Tank tank;
+  end House;
+  model Plant
+    INNER
+  end Plant;
+end P;
+"""
+INNER = {
+    "modifier": "inner System system(flag = true, n = 3, k = 3, s = S.Given); Tank tank;",
+    "parameter": "parameter Boolean on = f(false); inner System system(flag = on, n = 3, k = 3, s = S.Given);"
+    "Tank tank;",
+    "extends": "inner Special system; Tank tank;",
+    "redeclare": "inner Redeclared system; Tank tank;",
+    "class": "extends House(redeclare model Kind = Special);",
+    "component": "extends Room(system(flag = true, n = 3, k = 3, s = S.Given));",
+}
+EQUATIONS = "if d == S.Given then y = 3; der(z) = y; else y = z; z = 1; end if;"
+DERIVED = {
+    "if": "S d = if system.flag then S.Given else S.Free",
+    "nested": "S d = if system.n > 2 then (if system.flag then S.Given else S.Free) else S.Free",
+    "enumeration": "S d = system.s",
+    "chain": "S e = if system.inverse then S.Free else S.Given; parameter S d = e",
+    "function": "S d = if f(system.flag) then S.Free else S.Given",
+    "real": "S d = if sqrt(system.k) > 1.7 then S.Given else S.Free",
+}
+
+
+def height(declared: str, equations: str, inner: str = INNER["modifier"], name: str = "tank.y") -> float:
+    text = SELECTION.replace("DECLARED", declared).replace("EQUATIONS", equations).replace("INNER", inner)
+    return float(simulate(load(text, "P.Plant"), 0.1)[name][-1])
+
+
+@pytest.mark.parametrize(
+    ("derived", "inner"), [*((derived, "modifier") for derived in DERIVED), *(("chain", inner) for inner in INNER)]
+)
+def test_an_expression_of_outer_values_selects_equations(derived: str, inner: str) -> None:
+    assert height(f"parameter {DERIVED[derived]}; Real z;", EQUATIONS, INNER[inner]) == 3.0
+
+
+@pytest.mark.parametrize(
+    ("declared", "equations"),
+    [
+        ("parameter Integer m = system.n; Real p[3];", "for i in 1:m loop p[i] = 1; end for; y = sum(p);"),
+        ("parameter Integer m = if system.flag then 3 else 1; Real p[m] = ones(m);", "y = sum(p);"),
+        ("parameter Integer m = system.n; parameter Integer l = m;", "y = sum({1.0 for i in 1:l});"),
+        ("parameter Real m[:] = fill(1.0, system.n);", "y = size(m, 1);"),
+        ("Real p[system.n] = ones(system.n);", "y = sum(p);"),
+        ("parameter Integer m = system.n; Part part[m];", "y = sum(part.y) / 3;"),
+    ],
+)
+def test_ranges_and_sizes_have_the_outer_values(declared: str, equations: str) -> None:
+    assert height(declared, equations) == 3.0
+
+
+@pytest.mark.parametrize("condition", ["system.flag", "b", "d == S.Given"])
+def test_a_component_is_present_by_the_outer_value(condition: str) -> None:
+    declared = f"parameter Boolean b = system.flag; parameter {DERIVED['if']}; Part part if {condition};"
+    assert height(declared, "y = 1;", name="tank.part.y") == 3.0
+
+
+def test_the_nearest_inner_component_counts() -> None:
+    inner = """inner System system; Tank tank; Room room(system(flag = true));
+    Room rooms[2](system(flag = {false, true}));
+    House house(system(flag = system.flag));"""
+    declared = f"parameter {DERIVED['if']}; Real z;"
+    values = [height(declared, EQUATIONS, inner, name) for name in ("tank.y", "room.tank.y", "house.tank.y")]
+    assert values == [1.0, 3.0, 1.0]
+    assert [height(declared, EQUATIONS, inner, f"rooms[{i}].tank.y") for i in (1, 2)] == [1.0, 3.0]
+
+
+def test_a_component_that_an_outer_value_adds_has_outer_values() -> None:
+    inner = "inner System system(flag = true); Floor floor;"
+    floor = "model Floor outer System system; parameter Boolean b = system.flag; Tank tank if b; end Floor;"
+    declared = f"parameter {DERIVED['if']}; Real z;"
+    assert height(declared, EQUATIONS, f"{floor} {inner}", "floor.tank.y") == 3.0
+
+
+def test_a_parameter_that_selects_equations_still_follows() -> None:
+    text = SELECTION.replace("DECLARED", f"parameter {DERIVED['if']}; parameter Real k = 2 * system.k; Real z;")
+    plant = load(text.replace("EQUATIONS", EQUATIONS).replace("INNER", INNER["extends"]), "P.Plant")
+    assert replace(plant, {"system.k": 5.0}).tank.k == 10.0
+
+
+@pytest.mark.parametrize(
+    ("declared", "equations", "message"),
+    [
+        (
+            "Real z;",
+            "if system.flag then y = 3; z = 1; else y = z; z = 1; end if;",
+            "tank.system.flag selects equations",
+        ),
+        ("", "y = sum({1.0 for i in 1:system.n});", "tank.system.n selects equations"),
+        ("", "algorithm y := 0; for i in 1:system.n loop y := y + 1; end for;", "tank.system.n selects equations"),
+        ("final parameter Boolean b = system.flag;", "y = if b then 3 else 1;", "tank.b is final"),
+    ],
+)
+@pytest.mark.parametrize("inner", ["modifier", "redeclare"])
+def test_a_value_that_the_front_end_ignores_is_refused(inner: str, declared: str, equations: str, message: str) -> None:
+    with pytest.raises(ModelicaError, match=rf"<model>\.mo, line \d+: {message}.*Remedy: "):
+        height(declared, equations, INNER[inner])
+    assert height(declared, equations, "inner System system; Tank tank;") == 1.0

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import equations, functions, outer_values, stored
+from . import equations, functions, outer_marks, outer_values, stored
 from .failures import failure, syntax_error
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
@@ -43,9 +43,12 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
-    if values := outer_values.followers(content):
-        hides, content = _accepted(dataclasses.replace(request, values=outer_values.modifiers(values)))
-    return hides, equations.restored(functions.restored(content))
+    values = outer_values.OuterValues()
+    content = equations.restored(functions.restored(content))
+    while values.differ(content, _sources(request, hides, content)):
+        hides, content = _accepted(dataclasses.replace(request, values=values.text))
+        content = equations.restored(functions.restored(content))
+    return hides, outer_marks.unmarked(content)
 
 
 def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
@@ -65,7 +68,7 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
 
 def _text(request: Request, hides: equations.Hidden) -> str:
     text = functions.hidden(request.text, functions.ALL, "own") if hides else request.text
-    return equations.hidden(text, NAME, hides)
+    return outer_marks.marked(equations.hidden(text, NAME, hides))
 
 
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:

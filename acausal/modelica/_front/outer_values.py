@@ -1,138 +1,99 @@
-"""Parameters that select equations and follow an outer component.
+"""Values of outer components.
 
-rumoca selects the branch of an `if` whose branches have different numbers of equations, and the range of a loop, from
-the values that the class of an outer component declares: it ignores the modifiers of the inner component. So parameters
-that follow such a modifier get their value by a modifier of their own.
+rumoca selects the branch of an `if` with equations, the range of a loop, the size of an array and the presence of a
+component by the values of parameters. In place of the inner component, it reads the values that the class of the outer
+component declares. Where the inner component has other values, modifiers give these to the outer component, and give
+the parameters that read them their own values. The flat model keeps its bindings. Conditions and ranges that read an
+outer component directly do not obey the modifiers, and are refused (`outer_readers.py`).
 """
 
-import dataclasses
-import json
 import re
 from collections.abc import Iterator
 from typing import Any
 
 from .._errors import ModelicaError
+from .modifiers import Values, written
+from .outer_marks import outer_components
+from .outer_readers import Parameter, check_direct, is_in, readers, references
+from .scan import masked
+from .sources import Sources
 
 _Tree = dict[str, Any]
-_SIZES = "ArrayDimension"  # selections that rumoca makes with the modified values
-
-_ELEMENTS = (
-    "{} selects equations and follows an outer component, but not all elements of its array have the same value. "
-    "Remedy: declare them as separate components."
-)
+_STATED = ("binding", "start", "binding_from_modification")
 
 
-def followers(content: dict[str, Any]) -> dict[str, str]:
-    """The parameters of a flat model that select equations and follow an outer component, with their values as text.
+class OuterValues:
+    """The modifiers that a model needs, found from its flat model.
 
-    Raises `ModelicaError` for one that no modifier can give, or whose value is an expression.
-    """
-    variables, finals, found = content["variables"], content["variable_final_flags"], {}
-    selections = [choice for choice in content.get("parameter_branch_selections", ()) if choice["kind"] != _SIZES]
-    for full, *shorter in (names for choice in selections for names in choice["references"]):
-        name = next((name for name in (full, *shorter) if name in variables), None)
-        if name is None:
-            continue
-        for follower, value in _followed(variables, _Reference(name, is_outside=name != full)):
-            if follower is None or value is None or finals.get(follower):
-                remedy = "in the class that uses it, declare a parameter that equals the outer one and use that instead"
-                if finals.get(follower):
-                    remedy = f"declare {follower} without final"
-                raise ModelicaError(
-                    f"{full} selects equations and gets its value from a modifier of an inner component, which the "
-                    f"front end ignores. Remedy: {remedy}."
-                )
-            found[follower] = value
-    _check_arrays(variables, found)
-    return found
-
-
-@dataclasses.dataclass(frozen=True)
-class _Reference:
-    """A reference to a parameter, or to a literal of an enumeration, by name.
-
-    `follower` is the parameter on the way here whose binding refers to an outer component. `is_outside` tells whether
-    the reference is to a parameter of an inner component, and `is_modified` whether one of its modifiers has led here.
+    They may bring further components into the flat model, which need modifiers, too.
     """
 
-    name: str
-    follower: str | None = None
-    is_outside: bool = False
-    is_modified: bool = False
+    def __init__(self) -> None:
+        self.text = ""
+        self._tried: set[str] = set()
+        self._functions: _Tree = {}
+        self._stated: dict[str, _Tree] = {}  # what the model itself states of the parameters that get their values
+
+    def differ(self, content: _Tree, sources: Sources) -> bool:
+        """Restores the bindings in a flat model, and tells whether it needs other modifiers than it was made with.
+
+        Raises `ModelicaError` if no modifier gives a value.
+        """
+        variables = content["variables"]
+        self._functions |= content["functions"]
+        content["functions"] = self._functions  # those that the bindings call
+        for name in self._stated.keys() & variables.keys():
+            variables[name] |= self._stated[name]
+        differing = list(_differing(content, sources))
+        check_direct(content, differing, sources)
+        for name in readers(content, {one.inner for one in differing}, sources):
+            self._stated.setdefault(name, {part: variables[name][part] for part in _STATED})
+        before, self.text = self.text, self._written(content, differing)
+        if self.text in self._tried and self.text != before:
+            raise ModelicaError("The values of outer components depend on which components are present.")
+        self._tried.add(self.text)
+        return self.text != before
+
+    def _written(self, content: _Tree, differing: list[Parameter]) -> str:
+        stated = [name for name in self._stated if name in content["variables"]]
+        if not differing and not stated:
+            return ""
+        values = Values(content)
+        for name in stated:
+            if values.text(name) is None:
+                raise ModelicaError(f"{name} reads an outer component, but its value is not known to the front end.")
+        texts = {one.outer: values.text(one.inner) for one in differing} | {name: values.text(name) for name in stated}
+        return written({name: text for name, text in texts.items() if text is not None})
 
 
-def _followed(variables: _Tree, at: _Reference) -> Iterator[tuple[str | None, str | None]]:
-    """Follows a reference to the values that come from modifiers of inner components.
-
-    Yields the parameter that follows the outer component, None for a direct reference; and the value as text, None for
-    an expression.
-    """
-    variable = variables.get(at.name)
-    if variable is None:
-        if at.is_modified:
-            yield at.follower, at.name
-        return
-    is_modified = at.is_modified or (at.is_outside and variable["binding_from_modification"])
-    at = dataclasses.replace(at, is_modified=is_modified)
-    match variable["binding"]:
-        case {"VarRef": reference} if not reference["subscripts"]:
-            yield from _followed(variables, _next(at, reference))
-        case {"Literal": {"value": value}}:
-            if is_modified:
-                yield at.follower, json.dumps(next(iter(value.values())))
-        case expression:
-            for reference in _references(expression):
-                after = _next(at, reference)
-                for follower, value in _followed(variables, after):
-                    yield follower, None if after.is_outside else value
+def _differing(content: _Tree, sources: Sources) -> Iterator[Parameter]:
+    """The parameters of outer components whose values may not be those that their class declares."""
+    variables = content["variables"]
+    visible = [
+        name
+        for name, variable in variables.items()
+        if {"Parameter", "Constant"} & set(variable["variability"]) and not variable["is_protected"]
+    ]
+    for outer, inner in outer_components(content):
+        for name in visible:
+            if is_in(name, inner):
+                rest = name.removeprefix(inner)
+                if rest.count(".") > 1 or not _is_declared(name, variables, sources):
+                    yield Parameter(outer + rest, name, outer.rpartition(".")[2] + rest)
 
 
-def _next(at: _Reference, reference: _Tree) -> _Reference:
-    """The reference in the binding of a parameter."""
-    after = dataclasses.replace(at, name=reference["name"]["name"])
-    if at.is_outside or reference["name"]["component_ref"] is not None:
-        return after
-    return dataclasses.replace(after, follower=at.name, is_outside=True)
-
-
-def _references(node: Any) -> Iterator[_Tree]:
-    """The references in an expression."""
-    if isinstance(node, dict) and "VarRef" in node:
-        yield node["VarRef"]
-    for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
-        yield from _references(inner)
-
-
-def _check_arrays(variables: _Tree, found: dict[str, str]) -> None:
-    """Raises `ModelicaError` if only some elements of an array of components follow an outer component."""
-    arrays = {_without_indices(path) for path in found if "[" in path}
-    for name in variables:
-        if "[" in name and name not in found and _without_indices(name) in arrays:
-            raise ModelicaError(_ELEMENTS.format(name))
-
-
-def _without_indices(path: str) -> str:
-    return re.sub(r"\[[^\]]*\]", "", path)
-
-
-def modifiers(values: dict[str, str]) -> str:
-    """A modifier that gives these values: `(tank(d = 2), cell(each d = true))`. An array of components gets one value.
-
-    Raises `ModelicaError` if the elements of an array differ.
-    """
-    tree: _Tree = {}
-    for path, value in values.items():
-        *steps, last = path.split(".")
-        branch, each = tree, ""
-        for step in steps:
-            branch = branch.setdefault(each + step.partition("[")[0], {})
-            each = "each " if "[" in step else ""
-        if branch.setdefault(each + last, value) != value:
-            raise ModelicaError(_ELEMENTS.format(path))
-    return f"({_written(tree)})"
-
-
-def _written(tree: _Tree) -> str:
-    return ", ".join(
-        f"{name}({_written(inner)})" if isinstance(inner, dict) else f"{name} = {inner}" for name, inner in tree.items()
-    )
+def _is_declared(name: str, variables: _Tree, sources: Sources) -> bool:
+    """Whether a parameter has the value that the class of its component declares, and no other class redeclares it."""
+    variable = variables[name]
+    place, binding = variable["source_span"], variable["binding"]
+    if binding is None:
+        return True
+    span = next(iter(binding.values())).get("span", place)
+    if variable["binding_from_modification"] or span["source"] != place["source"] or span["start"] < place["end"]:
+        return False
+    text = sources.texts[place["source"]][1].encode()
+    before = masked(text[: place["start"]].decode()).rpartition(";")[2]
+    between = masked(text[place["end"] : span["start"]].decode())
+    if ";" in between or re.search(r"\bredeclare\b", before):
+        return False
+    return all(_is_declared(other, variables, sources) for other in references(binding) if other in variables)

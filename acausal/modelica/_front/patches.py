@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import equations, functions
+from . import equations, functions, outer_marks
 
 HIDDEN = {
     "Modelica/Blocks/Continuous.mo": ("findInterval", "normalizationFactor"),
@@ -76,4 +76,4 @@ def changed(text: str, name: Path, hides: equations.Hidden) -> str:
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)
-    return equations.hidden(text, file, hides)
+    return outer_marks.marked(equations.hidden(text, file, hides))

@@ -9,9 +9,9 @@ _BRACKET = re.compile(r"[(\[{]|[)\]}]|;")
 # The comment and the annotation at the end of a statement.
 COMMENT = re.compile(r'(?<=\S)\s*"[^"]*"(?:\s*\+\s*"[^"]*")*\s*(?:annotation\s*\(.*)?\Z|\s*annotation\s*\(.*\Z', re.S)
 
-_KINDS = "model|block|function|record|package|connector|type|class|operator(?!\\s+(?:function|record))"
+KINDS = "model|block|function|record|package|connector|type|class|operator(?!\\s+(?:function|record))"
 _CLASS = re.compile(
-    rf"(?<![\w.])(?:end\s+(?P<end>\w+)\s*;|(?P<kind>{_KINDS})\s+(?:extends\s+)?(?P<name>\w+)(?!\s*=)(?!\w))"
+    rf"(?<![\w.])(?:end\s+(?P<end>\w+)\s*;|(?P<kind>{KINDS})\s+(?:extends\s+)?(?P<name>\w+)(?!\s*=)(?!\w))"
 )
 
 

@@ -1,0 +1,113 @@
+"""What reads the parameters of outer components."""
+
+import re
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+from .._errors import ModelicaError
+from .scan import masked
+from .sources import Sources
+
+_Tree = dict[str, Any]
+_SIZES = "ArrayDimension"  # selections that rumoca makes with the modified values
+_RANGE = re.compile(r"\bfor\s+\w+\s+in\b(.*?)(?:\bloop\b|[;}])", re.S)
+_SECTION = re.compile(
+    r"(?<![\w.])(?:(?P<equations>equation|algorithm)|public|protected|model|block|class|record|package)\b"
+)
+
+
+class Parameter(NamedTuple):
+    """A parameter of an outer component: its path, that of the parameter of the inner component, and its name in the
+    class that declares the outer component.
+    """
+
+    outer: str
+    inner: str
+    local: str
+
+
+def check_direct(content: _Tree, parameters: list[Parameter], sources: Sources) -> None:
+    """Raises `ModelicaError` for a condition or range that reads one of these parameters directly."""
+    paths = {one.outer for one in parameters}
+    for choice in content.get("parameter_branch_selections", ()):
+        for full, *_ in choice["references"] if choice["kind"] != _SIZES else ():
+            if full in paths:
+                raise _direct(full, _place(choice["span"], sources))
+    for source in sources.texts if parameters else ():
+        _check_ranges(source, {one.local: one.outer for one in parameters}, sources)
+
+
+def _check_ranges(source: int, names: dict[str, str], sources: Sources) -> None:
+    """Raises `ModelicaError` for a range in the equations or algorithms of a text that reads one of these names. The
+    flat model does not show ranges in algorithms and in array constructors.
+    """
+    plain = masked(sources.texts[source][1])
+    for found in _RANGE.finditer(plain):
+        name = next((name for name in re.findall(r"(?<![\w.])\w+(?:\.\w+)+", found[1]) if name in names), None)
+        if name is not None:
+            *_, section = _SECTION.finditer(plain, 0, found.start())
+            if section["equations"]:
+                start = len(plain[: found.start()].encode())
+                raise _direct(names[name], _place({"source": source, "start": start}, sources))
+
+
+def _direct(full: str, place: str) -> ModelicaError:
+    return ModelicaError(
+        f"{place}{full} selects equations, but the front end ignores its value. "
+        f"Remedy: in the class that uses it, declare a parameter that equals the outer one and use that."
+    )
+
+
+def readers(content: _Tree, inner: set[str], sources: Sources) -> set[str]:
+    """The parameters whose values read one of these parameters of inner components, except real parameters that select
+    no equations.
+    """
+    variables, types = content["variables"], content["variable_type_names"]
+    deciding = _deciding(content)
+    found = set()
+    for name, variable in variables.items():
+        if name in inner or (types.get(name) == "Real" and name not in deciding):
+            continue
+        if any(other in inner for other in references(variable["binding"])):
+            if content["variable_final_flags"].get(name):
+                raise ModelicaError(
+                    f"{_place(variable['source_span'], sources)}{name} is final and reads an outer component, but the "
+                    f"front end ignores its value. Remedy: declare {name} without final."
+                )
+            found.add(_without_indices(name))
+    return {name for name in variables if _without_indices(name) in found}
+
+
+def _deciding(content: _Tree) -> set[str]:
+    """The parameters that select equations, and those that their values depend on."""
+    variables = content["variables"]
+    found: set[str] = set()
+    todo = [full for choice in content.get("parameter_branch_selections", ()) for full, *_ in choice["references"]]
+    while todo:
+        name = todo.pop()
+        if name in variables and name not in found:
+            found.add(name)
+            todo += references(variables[name]["binding"])
+    return found
+
+
+def references(node: Any) -> Iterator[str]:
+    """The names of the variables in an expression."""
+    if isinstance(node, dict) and "VarRef" in node:
+        yield node["VarRef"]["name"]["name"]
+    for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
+        yield from references(inner)
+
+
+def is_in(name: str, component: str) -> bool:
+    """Whether a path is that of a component or of a part of it."""
+    return name == component or name.startswith(f"{component}.")
+
+
+def _place(span: _Tree, sources: Sources) -> str:
+    place = sources.place(span["source"], span["start"])
+    return f"{place[0]}, line {place[1]}: " if place else ""
+
+
+def _without_indices(path: str) -> str:
+    return re.sub(r"\[[^\]]*\]", "", path)
