@@ -110,15 +110,7 @@ def merge(flat: FlatModel) -> Merged:
     sets = _Sets(flat.n_nodes)
     for a, b in flat.across.tolist():
         sets.join(a, b, 1)
-    families = list(_flow_families(flat, sets))
-    for family in _component_families(flat):
-        if not _is_alias(family.template):
-            families.append(family)
-            continue
-        repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
-        if repeated:
-            names = ", ".join(family.name(row, flat) for row in repeated[:5])
-            complain(StructureError(f"The equation {names} only repeats {_repeated(family, repeated[0], flat)}"))
+    families = _without_aliases(flat, [*_flow_families(flat, sets), *_component_families(flat)], sets)
     representative, sign = _resolved(flat, sets)
     for family in families:
         inner = family.nodes >= 0
@@ -126,6 +118,36 @@ def merge(flat: FlatModel) -> Merged:
         family.signs = np.where(inner, family.signs * sign[nodes], 1)
         family.nodes = np.where(inner, representative[nodes], -1)
     return Merged(families, representative, sign)
+
+
+def _without_aliases(flat: FlatModel, families: list[Family], sets: _Sets) -> list[Family]:
+    """The families that are no aliases. A factor that is zero can make aliases of others."""
+    kept = []
+    for family in families:
+        if family.instances is None or not _is_alias(family.template):
+            kept.append(family)
+            continue
+        repeated = [row for row in range(len(family.members)) if not _join_alias(family, row, sets)]
+        if repeated:
+            names = ", ".join(family.name(row, flat) for row in repeated[:5])
+            complain(StructureError(f"The equation {names} only repeats {_repeated(family, repeated[0], flat)}"))
+    zero = np.array([sets.zero[sets.find(node)[0]] for node in range(flat.n_nodes)], dtype=bool)
+    parts = [part for family in kept for part in _by_zero_factors(family, zero)]
+    is_same = {part.template for part in parts} <= {family.template for family in kept}
+    return kept if is_same else _without_aliases(flat, parts, sets)
+
+
+def _by_zero_factors(family: Family, zero: np.ndarray) -> Iterator[Family]:
+    """The family in parts with the same inputs that are zero, if these are factors of other inputs."""
+    form = family.template.form
+    vanish = (family.nodes >= 0) & zero[family.nodes]
+    if not vanish.any() or not (form.nonlinear or any(coefficient.on for coefficient in form.terms.values())):
+        yield family
+        return
+    patterns, pattern = np.unique(vanish, axis=0, return_inverse=True)
+    for index, positions in enumerate(patterns):
+        part = family.select(np.flatnonzero(pattern.ravel() == index))
+        yield dataclasses.replace(part, template=family.template.with_zeros(np.flatnonzero(positions).tolist()))
 
 
 def _repeated(family: Family, row: int, flat: FlatModel) -> str:

@@ -12,7 +12,7 @@ from jax import Array, lax
 from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
 from .flat_model import Kind
-from .forms import ANY, Coefficient, Form, interpret, parameter, variable
+from .forms import ANY, Coefficient, Form, constant, interpret, parameter, variable
 from .inverse import solved_for
 from .jaxpr import as_function, slice_output, structs
 
@@ -40,7 +40,8 @@ class Input(NamedTuple):
 class Template:
     """An equation as a residual: `jaxpr` maps `inputs` to it. `level` counts its differentiations in time.
 
-    `check_units`: whether to check its units, which applies to the stated form only.
+    `check_units`: whether to check its units, which applies to the stated form only. `zeros` are the slots and elements
+    of the variables that are identically zero where the equation is used.
     """
 
     name: str
@@ -50,6 +51,7 @@ class Template:
     signs: tuple[frozenset[int], ...]
     level: int = 0
     check_units: bool = True
+    zeros: frozenset[tuple[int, int]] = frozenset()
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -59,7 +61,11 @@ class Template:
     def _forms(self) -> list[Form]:
         # Neither time nor discrete variables are constant in a run.
         return [
-            parameter(signs) if item.source == "param" else variable(i)
+            parameter(signs)
+            if item.source == "param"
+            else constant(0.0)
+            if (item.slot, item.element) in self.zeros
+            else variable(i)
             for i, (item, signs) in enumerate(zip(self.inputs, self.signs, strict=True))
         ]
 
@@ -75,6 +81,12 @@ class Template:
     def coefficient(self, position: int) -> Coefficient | None:
         """The factor of an input that enters linearly; None for other inputs."""
         return self.form.terms.get(position)
+
+    def with_zeros(self, positions: Sequence[int]) -> "Template":
+        """The same equation for inputs that are identically zero; itself if they are no factors of other inputs."""
+        zeros = frozenset((self.inputs[i].slot, self.inputs[i].element) for i in positions)
+        made = dataclasses.replace(self, zeros=zeros)
+        return self if made.form.inputs == self.form.inputs - set(positions) else made
 
     @ft.cached_property
     def explicit(self) -> "dict[int, Template]":
@@ -109,7 +121,8 @@ class Template:
         closed = jax.make_jaxpr(derivative)(*structs([shapes[item.slot, item.element] for item in inputs]))
         known = dict(zip(self.inputs, self.signs, strict=True))
         signs = [known.get(item, ANY) for item in inputs]
-        return sliced(self.name, self.owner, closed, 0, inputs, signs, self.level + 1)
+        rate = sliced(self.name, self.owner, closed, 0, inputs, signs, self.level + 1)
+        return dataclasses.replace(rate, zeros=self.zeros)
 
     @property
     def _only_nonlinear(self) -> int | None:

@@ -2,9 +2,10 @@
 
 from typing import Any, Self
 
+import jax.numpy as jnp
 import pytest
 
-from acausal import Component, Equations, Nominal, Scalar, StructureError, Var, eq, prefer
+from acausal import Component, Equations, Nominal, Scalar, StructureError, Var, eq, prefer, structure
 from acausal._reduce.aliases import ZERO, merge
 from acausal._reduce.flatten import flatten
 
@@ -32,6 +33,11 @@ LAWS: dict[str, Any] = {
     "own opposite": lambda s: dict(one=eq(s.a, s.b), two=eq(s.b, -s.a)),
     "odd loop": lambda s: dict(one=eq(s.a, s.b), two=eq(s.b, s.c), three=eq(s.c, -s.a)),
     "zero": lambda s: dict(one=eq(s.b), two=eq(s.b, s.c)),
+    "zero factor": lambda s: dict(one=eq(s.b), two=eq(s.b * s.e, s.c, check_units=False)),
+    "zero factors in turn": lambda s: dict(
+        one=eq(s.e * s.b, s.c, check_units=False), two=eq(s.b, s.a * jnp.sin(s.e), check_units=False), three=eq(s.a)
+    ),
+    "zero divided": lambda s: dict(one=eq(s.a), two=eq(s.b, s.a / s.e + s.c, check_units=False)),
     "unequal": lambda s: dict(one=eq(s.a, 2.0 * s.b)),
     "shifted": lambda s: dict(one=eq(s.a, s.b + 1.0)),
     "of three": lambda s: dict(one=eq(s.a + s.b, s.c)),
@@ -71,6 +77,38 @@ def test_chain_is_replaced_by_the_preferred_variable() -> None:
 @pytest.mark.parametrize(("law", "names"), [("self", "a"), ("own opposite", "ab"), ("odd loop", "abc"), ("zero", "bc")])
 def test_what_equals_its_opposite_vanishes(law: str, names: str) -> None:
     assert merged(law) == (dict.fromkeys(names, ("0", 0)), 0)
+
+
+@pytest.mark.parametrize(("law", "names"), [("zero factor", "bc"), ("zero factors in turn", "abc")])
+def test_product_with_zero_vanishes(law: str, names: str) -> None:
+    assert merged(law) == (dict.fromkeys(names, ("0", 0)), 0)
+
+
+def test_sum_with_a_zero_product_is_an_alias() -> None:
+    assert merged("zero divided") == ({"a": ("0", 0), "b": ("c", 1)}, 0)
+
+
+class Stage(Component):
+    """A resistor from a source to a node, whose capacitance is computed, and is zero."""
+
+    C: Var[Scalar, "F"] = 0.0
+    v: Var[Scalar, "V"] = 0.0
+    i: Var[Scalar, "A"] = 0.0
+    source: Var[Scalar, "V"] = 2.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            capacitance=eq(self.C, 0.0 * self.C),
+            charge=eq(self.i, self.C * d.v),
+            resistor=eq(self.source - self.v, self.i, check_units=False),
+            decay=eq(d.source, -self.source, check_units=False),
+        )
+
+
+def test_factor_zero_of_a_derivative_leaves_no_state() -> None:
+    report = structure(Stage())
+    assert list(report.states) == ["source"]
+    assert not report.blocks[-1].tearing
 
 
 @pytest.mark.parametrize("law", ["unequal", "shifted", "of three"])
