@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from _mechanisms import Pendulum
 from _models import Diode
+from scipy.optimize import brentq
 
 from acausal import (
     Array,
@@ -27,6 +28,7 @@ from acausal import (
     repeat,
     replace,
     simulate,
+    structure,
 )
 from acausal._integrate.start.search import _in_stages
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
@@ -294,3 +296,29 @@ def test_array_of_components() -> None:
     rest = initialise(wall, steady=True)
     np.testing.assert_allclose(rest.layers.item.T, np.linspace(300.0, 265.0, n + 2)[1:-1], rtol=1e-12)
     np.testing.assert_allclose(simulate(rest, 100.0, save="end").final.layers.item.T, rest.layers.item.T, rtol=1e-9)
+
+
+class Branches(Component):
+    """Two curves that cross three times, and a lag that follows the crossing."""
+
+    x: Var[Scalar, "", prefer] = 0.0
+    u: Var[Scalar, ""] = 0.0
+    v: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            lag=eq(d.x, self.u - self.x),
+            first=eq(self.u, 2.0 * jnp.tanh(self.v + 0.1)),
+            second=eq(self.v, 2.0 * jnp.tanh(self.u)),
+        )
+
+
+@pytest.mark.parametrize("near", [-1.9, 0.0, 1.9])
+def test_the_guess_of_a_tearing_variable_selects_the_branch(near: float) -> None:
+    """The steady state and the run from it are on the branch of the guess of the variable that `structure` names."""
+    assert "torn by u" in str(structure(Branches()))
+    f = lambda u: u - 2.0 * np.tanh(2.0 * np.tanh(u) + 0.1)  # noqa: E731
+    root = brentq(f, near - 0.2, near + 0.2, xtol=1e-14)
+    rest = initialise(Branches(u=near), steady=True)
+    for found in (rest.x, rest.u, simulate(rest, 1.0, save="end").final.u):
+        assert float(found) == pytest.approx(root, rel=1e-9)
