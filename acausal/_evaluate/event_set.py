@@ -93,7 +93,7 @@ class EventSet:
     """The events of a model: entries in sequence, each with its members.
 
     - `indicators`: for each relation in the conditions of the entries, a number that is positive if it is true.
-      `sizes`: magnitudes of the terms of the difference.
+      `sizes`: magnitudes of the terms of the difference. `of_equals`: the sign of each indicator for equal sides, or 0.
     - `logic`: the condition of each event as an expression of relations; None for events without a condition.
     - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
@@ -104,6 +104,7 @@ class EventSet:
     entries: tuple[EventEntry, ...]
     indicators: Function
     sizes: Function
+    of_equals: np.ndarray
     logic: tuple[Expression | None, ...]
     times: Function
     actions: Function

@@ -65,11 +65,13 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     _check_equalities(flat, closed, [entry for entry in entries if entry.has_condition])
     truths = jax.make_jaxpr(lambda *leaves: _truths(closed, leaves, n))(*structs(shapes))
     logic: list[np.ndarray] = []
+    of_equals: list[int] = []
     # Without the changes, whose relations do not trigger events.
     conditions, used = slice_outputs(closed, slice(0, n))
 
     def real(*leaves: jax.Array) -> list[jax.Array]:
         found, logic[:] = relations(conditions, [leaves[i] for i in used])
+        of_equals[:] = found.of_equals
         return [jnp.asarray(x, float) for x in (*found.indicators, *found.sizes)]
 
     both = jax.make_jaxpr(real)(*structs(shapes))
@@ -80,6 +82,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         tuple(entries),
         _function(both, 0, half),
         _function(both, half, 2 * half),
+        np.array(of_equals, int),
         _in_order(entries, logic),
         _function(closed, n, m),
         actions,

@@ -101,6 +101,11 @@ def is_plain(system: System, given: np.ndarray) -> bool:
     return not system.ordered.invariants and not np.any(given & ~system.constraints.is_state)
 
 
+def has_modes(system: System) -> bool:
+    """Whether the constraints between start values read discrete variables, such as the truths that `ifelse` holds."""
+    return any(system.carried.is_discrete(key) for group in system.constraints.groups for key in group.program.params)
+
+
 def _with_algebraic(system: System, t0: Numbers, y: Array, inputs: Inputs) -> Array:
     """The states, followed by the algebraic unknowns of the mass-matrix form at the start."""
     if system.solved is None:

@@ -16,17 +16,7 @@ TINY = float(np.finfo(float).tiny)  # in place of zero; its sign is the truth of
 _Known: TypeAlias = tuple[Array, np.ndarray | None]  # a value, and the expressions of its elements, if any
 
 
-def _indicator_of(difference: Callable[[Array, Array], Array], of_equals: float) -> Callable[[Array, Array], Array]:
-    """The difference, with its derivative even if it is zero."""
-    return lambda a, b: difference(a, b) + jnp.where(a == b, of_equals, 0.0)
-
-
-_RELATIONS: dict[str, Callable[[Array, Array], Array]] = {
-    "gt": _indicator_of(lambda a, b: a - b, -TINY),
-    "ge": _indicator_of(lambda a, b: a - b, TINY),
-    "lt": _indicator_of(lambda a, b: b - a, -TINY),
-    "le": _indicator_of(lambda a, b: b - a, TINY),
-}
+_OF_EQUALS = {"gt": -1, "ge": 1, "lt": -1, "le": 1}  # signs of the event indicators for equal sides
 
 
 _LOGIC: dict[str, Callable[..., Expression]] = {
@@ -43,10 +33,13 @@ _MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose"
 
 
 class Relations(NamedTuple):
-    """Relations, as arrays of `indicators` and of `sizes`, the magnitudes of the terms of each difference."""
+    """Relations, as arrays of `indicators` and of `sizes`, the magnitudes of the terms of each difference. `of_equals`
+    is the sign of each indicator for equal sides, or 0 if there are no sides.
+    """
 
     indicators: list[Array]
     sizes: list[Array]
+    of_equals: list[int]
 
 
 def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[Relations, list[np.ndarray]]:
@@ -57,7 +50,7 @@ def relations(closed: ClosedJaxpr, inputs: Sequence[Array]) -> tuple[Relations, 
     of the truth value. Any other truth value, such as a comparison of modes, has the event indicator 1 or -1. A real
     output is its own event indicator.
     """
-    found = Relations([], [])
+    found = Relations([], [], [])
     outputs = _walk(closed, [(value, None) for value in inputs], found)
     return found, [_expressions(value, logic, found) for value, logic in outputs]
 
@@ -77,9 +70,11 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[_Known], relations: Relations) -
 
 def _logic(eqn: JaxprEqn, args: Sequence[_Known], relations: Relations) -> np.ndarray | None:
     name = eqn.primitive.name
-    if name in _RELATIONS and is_floating(eqn.invars[0]):
-        values = [value for value, _ in args]
-        return _relation(_RELATIONS[name](*values), jnp.abs(values[0]) + jnp.abs(values[1]), relations)
+    if name in _OF_EQUALS and is_floating(eqn.invars[0]):
+        a, b = (value for value, _ in args)
+        # The indicator has its derivative even if it is zero.
+        indicator = (a - b if name in ("gt", "ge") else b - a) + jnp.where(a == b, _OF_EQUALS[name] * TINY, 0.0)
+        return _relation(indicator, jnp.abs(a) + jnp.abs(b), _OF_EQUALS[name], relations)
     if any(value.dtype != bool for value, _ in args) or all(found is None for _, found in args):
         return None
     if name in _LOGIC:
@@ -99,11 +94,12 @@ def _expressions(value: Array, found: np.ndarray | None, relations: Relations) -
     if found is not None:
         return found
     indicator = jnp.where(value, 1.0, -1.0) if value.dtype == bool else value
-    return _relation(indicator, jnp.abs(indicator), relations)
+    return _relation(indicator, jnp.abs(indicator), 0, relations)
 
 
-def _relation(indicator: Array, size: Array, relations: Relations) -> np.ndarray:
+def _relation(indicator: Array, size: Array, of_equals: int, relations: Relations) -> np.ndarray:
     first, shape = sum(np.size(earlier) for earlier in relations.indicators), np.shape(indicator)
     relations.indicators.append(indicator)
     relations.sizes.append(jnp.broadcast_to(size, shape))
+    relations.of_equals.extend([of_equals] * int(np.size(indicator)))
     return mapped(lambda number: ("holds", first + int(number)), np.arange(np.size(indicator)).reshape(shape))

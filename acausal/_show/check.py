@@ -9,7 +9,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.fields import join
-from .._declare.layout import complete_leaves, with_leaves
+from .._declare.layout import complete_leaves
 from .._declare.node import check_is_node, nodes_of
 from .._declare.node_requirements import broken
 from .._declare.past import past_of
@@ -94,10 +94,10 @@ def _start(system: System, model: Component) -> list[str]:
     leaves, _ = complete_leaves(model)
     if needs_search(system, leaves):
         try:
-            model = with_leaves(model, initialised_leaves(system, leaves, 0.0, past_of(model))[0])
+            leaves = initialised_leaves(system, leaves, 0.0, past_of(model))[0]
         except SimulationError as error:
             return [str(error)]
-    inputs = system.pack(model)
+    inputs = system.intake.inputs_of(leaves)
     y, bad = initial_state(system, jnp.asarray(0.0), inputs)
     names = sorted(
         {name for name, is_bad in zip(checked_names(system, inputs.given), np.asarray(bad), strict=False) if is_bad}

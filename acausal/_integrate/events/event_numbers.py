@@ -255,6 +255,12 @@ class EventNumbers:
         return np.append(self.of_time, np.zeros(self._n_own, bool))
 
     @ft.cached_property
+    def of_equals(self) -> np.ndarray:
+        """The sign of each event indicator for equal sides; 0 if the indicator is not a difference."""
+        own = self.system.events.of_equals if self.system.events else np.zeros(0, int)
+        return np.append(own, np.zeros(self._n_own, int))
+
+    @ft.cached_property
     def polarity(self) -> tuple[np.ndarray, np.ndarray]:
         """The relations that occur in conditions unnegated, and those that occur negated. If a condition also triggers
         an event when it becomes false, its relations count as both.

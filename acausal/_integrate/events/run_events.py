@@ -104,14 +104,16 @@ class RunEvents(EventNumbers):
         return jnp.where(armed, self.band(t, args), jnp.maximum(self.band(t, args), args.back))
 
     def truths_at_start(self, t: Numbers, indicators: Array, args: RunArgs) -> Array:
-        """The truths of the relations at the start of a run. If it continues another run, relations within their bands
-        count as not yet met, so that an event about to happen falls into this run.
+        """The truths of the relations at the start of a run. Within their bands, they are those of equal sides, because
+        start values have rounding errors. If the run continues another one, relations within their bands count as not
+        yet met, so that an event about to happen falls into this run.
         """
-        if not self.settings.is_resumed:
-            return indicators > 0
-        positive, negative = self.polarity
-        met = jnp.where(jnp.asarray(positive & ~negative), False, jnp.where(negative & ~positive, True, indicators > 0))
-        return jnp.where(jnp.abs(indicators) <= self.band(t, args), met, indicators > 0)
+        sign = self.of_equals
+        if self.settings.is_resumed:
+            positive, negative = self.polarity
+            sign = np.where(positive & ~negative, -1, np.where(negative & ~positive, 1, 0))
+        is_equal = (jnp.abs(indicators) <= self.band(t, args)) & (sign != 0)
+        return jnp.where(is_equal, sign > 0, indicators > 0)
 
     def sample(self, path: Span, args: RunArgs, t: Numbers) -> PathSample:
         """The event indicators at a time on the path of a step."""

@@ -44,7 +44,10 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
     """The numbers of the run, completed by its time resolution and hysteresis, and its start from the states `y0`."""
     system, layout, numbers = settings.system, settings.layout, args.numbers
     values = args.inputs.params.leaves
-    discrete = [jnp.ravel(jnp.asarray(values[leaf], float)) for leaf in system.carried.discrete_places]
+    # The truths that `ifelse` holds are set by the events at the start.
+    n_own = len(system.flat.own_leaves)
+    numbered = [(leaf < n_own, jnp.ravel(jnp.asarray(values[leaf], float))) for leaf in system.carried.discrete_places]
+    discrete = [value if is_own else jnp.zeros(value.shape) for is_own, value in numbered]
     guess = system.starts.values(args.inputs, system.carried.memory)
     y = jnp.concatenate([y0, guess, *discrete, jnp.zeros(layout.size - layout.discrete.stop)])
     if events is None:

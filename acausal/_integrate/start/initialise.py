@@ -12,7 +12,9 @@ from ..._declare.layout import complete_leaves, with_leaves
 from ..._declare.past import Past, past_of, with_past
 from ..._evaluate.building import check_structure, system_of
 from ..._evaluate.given_unknowns import given_unknowns, leaves_of_unknowns
+from ..._evaluate.initial import given_pairs, has_modes, is_plain
 from ..._evaluate.packing import ModelParameters
+from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._progress import compiling
@@ -106,15 +108,19 @@ def needs_search(system: System, leaves: Sequence[Numbers | None]) -> bool:
     """
     if system.initial_equations is not None:
         return True
-    return system.events is not None and bool(given_unknowns(system, system.intake.given(leaves)))
+    if system.events is None:
+        return False
+    given = system.intake.given(leaves)
+    pairs = given_pairs(system, Inputs(ModelParameters(), jnp.zeros(0), given))
+    return bool(given_unknowns(system, given)) or (has_modes(system) and not is_plain(system, pairs))
 
 
 def initialised_leaves(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
     """The leaves of a model with start values that satisfy the initial equations of its components and the given
-    values, and a number that is 1 if there are none and 0 otherwise. Start values of variables that depend on states
-    are removed.
+    values, followed by the truths that `ifelse` holds there; and a number that is 1 if there are none and 0 otherwise.
+    Start values of algebraic unknowns are removed.
 
     Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
     the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
@@ -126,6 +132,7 @@ def initialised_leaves(
     starts = [leaf.declaration.guess for leaf in system.flat.leaves]
     before = [starts[i] if leaf is None else leaf for i, leaf in enumerate(leaves)]
     found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
+    found += [new[i] for i in range(len(leaves), len(system.flat.leaves))]
     for i in leaves_of_unknowns(system, problem.given, problem.given_unknowns):
         found[i] = None
     return found, jnp.where(outcome.is_bad, 1.0, 0.0)

@@ -101,7 +101,7 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, args)
         y = layout.with_part(y, layout.states, states)
         here = events.here(t0, y, found)
-        truths = events.circuit.hold(here.indicators > 0)
+        truths = events.circuit.hold(events.truths_at_start(t0, here.indicators, args))
         triggered = with_follows(events, edges(truths, holds, events.either), y, here.values) & matters
         return _Point(x, y, holds, truths, here.values, lack), triggered
 

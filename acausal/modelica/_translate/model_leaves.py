@@ -65,7 +65,7 @@ class ModelLeaves:
     def _parameters(self, variables: list[FlatVariable]) -> None:
         """The leaves of real parameters: first those with a value, then those that others determine."""
         for variable in variables:
-            if all(variable.fixed or (True,)):
+            if variable.binding is not None or all(variable.fixed or (True,)):
                 self._model.leaves[variable.name] = self._leaf(variable, "param")
             else:
                 self._open_parameter(variable)
