@@ -6,12 +6,14 @@ import numpy as np
 
 from .._declare.component import Component
 from .._declare.layout import complete_leaves
+from .._declare.past import past_of
 from .._errors import ModelError, listed, suggestion
 from .._evaluate.building import check_structure, system_of
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.setup.options import names_of
+from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._tracing import is_traced
 from .._unit_check.signal_units import unit_of_leaf
 from .expressions import identifier
@@ -46,7 +48,11 @@ def c_model(
     system.intake.check(leaves)
     inputs = system.intake.inputs_of(leaves)
     layout = Numbering(system)
-    numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()}
+    discrete = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items() if i in layout.discrete}
+    if needs_search(system, leaves):
+        # The events at the start, which C code executes itself, begin with the discrete variables of the model.
+        inputs = system.intake.inputs_of(initialised_leaves(system, leaves, t0, past_of(model))[0])
+    numbers = {i: np.asarray(value, float) for i, value in inputs.params.leaves.items()} | discrete
     return CModel(
         identifier(name or system.name),
         system,

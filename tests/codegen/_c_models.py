@@ -163,6 +163,20 @@ class Bar(Component):
         return dict(heat=eq(d.T, self.a * (T[2:] - 2.0 * T[1:-1] + T[:-2]) + self.warm))
 
 
+class Offset(Component):
+    """A start value of y, which a law of time ties to the state x: x = exp(-t) + s(t) up to t = 1."""
+
+    t: Time[Scalar, "s"]
+    x: Var[Scalar, "1", prefer]
+    y: Var[Scalar, "1"]
+    s: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        law = ifelse(self.t < 1.0, 0.5 * self.t, 5.0 + 0.5 * (self.t - 1.0))
+        tie, rate = eq(self.x, self.y + self.s), eq(d.x, 0.5 - self.y, check_units=False)
+        return dict(law=eq(self.s, law, check_units=False), tie=tie, rate=rate)
+
+
 class Ball(Component):
     """A ball that rebounds, counts its impacts, and must not fly too high."""
 

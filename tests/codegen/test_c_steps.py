@@ -10,7 +10,18 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _c_models import Ball, Balls, Clock, Striker, motor_servo, nonlinear_block, rectifier, sampled_servo, stick_slip
+from _c_models import (
+    Ball,
+    Balls,
+    Clock,
+    Offset,
+    Striker,
+    motor_servo,
+    nonlinear_block,
+    rectifier,
+    sampled_servo,
+    stick_slip,
+)
 from _compiled import COMPILER, STRICT, Compiled, needs_compiler
 
 from acausal import Component, replace, simulate
@@ -48,6 +59,15 @@ def in_python(compiled: Compiled, method: str, step: float, n: int) -> np.ndarra
             of_time, of_states = (np.asarray(part) for part in slopes(t, x, guess[0]))
             x = x + np.linalg.solve(np.eye(size) - step * of_states, step * (f + step * of_time))
     return x
+
+
+def test_a_start_value_holds_in_the_branch_at_the_start(tmp_path: Path) -> None:
+    compiled = Compiled(Offset(y=1.0), tmp_path, "rk4", 1e-2)
+    compiled.call("initialise")
+    assert compiled.x[0] == pytest.approx(1.0, abs=1e-12)
+    for _ in range(50):
+        compiled.call("step")
+    assert compiled.x[0] == pytest.approx(np.exp(-0.5) + 0.25, abs=1e-8)
 
 
 @pytest.mark.parametrize(
