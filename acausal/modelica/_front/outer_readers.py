@@ -1,4 +1,4 @@
-"""What reads the parameters of outer components."""
+"""Parameters whose values the front end ignores: those that read outer components, or arrays."""
 
 import re
 from collections.abc import Iterator
@@ -76,6 +76,37 @@ def readers(content: _Tree, inner: set[str], sources: Sources) -> set[str]:
                 )
             found.add(_without_indices(name))
     return {name for name in variables if _without_indices(name) in found}
+
+
+def array_readers(content: _Tree, sources: Sources) -> set[str]:
+    """The integer parameters that select equations or sizes, and read arrays in a modifier, as in `part(n = ns[2])`.
+    The front end takes the value that their class declares. Raises `ModelicaError` for a final one.
+    """
+    variables, types = content["variables"], content["variable_type_names"]
+    found = set()
+    for name in _deciding(content):
+        variable = variables[name]
+        is_ours = types.get(name) == "Integer" and not variable["dims"] and variable["binding_from_modification"]
+        if is_ours and _reads_array(variable["binding"], variables):
+            if content["variable_final_flags"].get(name):
+                raise ModelicaError(
+                    f"{_place(variable['source_span'], sources)}{name} is final and reads an array, but the front end "
+                    f"ignores its value. Remedy: modify {name} without final."
+                )
+            found.add(_without_indices(name))
+    return {name for name in variables if _without_indices(name) in found}
+
+
+def _reads_array(node: Any, variables: _Tree) -> bool:
+    """Whether an expression reads an array or one of its elements, other than its size."""
+    if isinstance(node, list):
+        return any(_reads_array(inner, variables) for inner in node)
+    if not isinstance(node, dict) or node.get("BuiltinCall", {}).get("function") == "Size":
+        return False
+    if "VarRef" in node:
+        own = variables.get(node["VarRef"]["name"]["name"])
+        return bool(node["VarRef"]["subscripts"]) or (own is not None and bool(own["dims"]))
+    return any(_reads_array(inner, variables) for inner in node.values())
 
 
 def _deciding(content: _Tree) -> set[str]:

@@ -1,10 +1,13 @@
-"""Values of outer components.
+"""Values that the front end ignores: those of outer components, and those that read arrays.
 
 rumoca selects the branch of an `if` with equations, the range of a loop, the size of an array and the presence of a
 component by the values of parameters. In place of the inner component, it reads the values that the class of the outer
 component declares. Where the inner component has other values, modifiers give these to the outer component, and give
 the parameters that read them their own values. The flat model keeps its bindings. Conditions and ranges that read an
 outer component directly do not obey the modifiers, and are refused (`outer_readers.py`).
+
+For the front end, an integer parameter that a modifier binds to an element of an array, as in `part(n = ns[2])`, has
+the value of its class. It gets its value by a modifier, too.
 """
 
 import re
@@ -14,7 +17,7 @@ from typing import Any
 from .._errors import ModelicaError
 from .modifiers import Values, written
 from .outer_marks import outer_components
-from .outer_readers import Parameter, check_direct, is_in, readers, references
+from .outer_readers import Parameter, array_readers, check_direct, is_in, readers, references
 from .scan import masked
 from .sources import Sources
 
@@ -46,7 +49,8 @@ class OuterValues:
             variables[name] |= self._stated[name]
         differing = list(_differing(content, sources))
         check_direct(content, differing, sources)
-        for name in readers(content, {one.inner for one in differing}, sources):
+        reading = readers(content, {one.inner for one in differing}, sources) | array_readers(content, sources)
+        for name in reading:
             self._stated.setdefault(name, {part: variables[name][part] for part in _STATED})
         before, self.text = self.text, self._written(content, differing)
         if self.text in self._tried and self.text != before:
@@ -61,7 +65,9 @@ class OuterValues:
         values = Values(content)
         for name in stated:
             if values.text(name) is None:
-                raise ModelicaError(f"{name} reads an outer component, but its value is not known to the front end.")
+                raise ModelicaError(
+                    f"{name} reads an outer component or an array, but its value is not known on loading."
+                )
         texts = {one.outer: values.text(one.inner) for one in differing} | {name: values.text(name) for name in stated}
         return written({name: text for name, text in texts.items() if text is not None})
 
