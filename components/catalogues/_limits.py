@@ -13,14 +13,14 @@ from ..hydraulic import HoldingValve, Pump
 from ..rotational import PlanetaryGearbox, PlanetaryTrain
 
 
-def _rms(d: Any, q: Any) -> Any:
+def _rms(machine: Any) -> Any:
     """Rms value of the phase currents, from peak values in rotor coordinates."""
-    return np.hypot(np.asarray(d), np.asarray(q)) / np.sqrt(2.0)
+    return np.hypot(np.asarray(machine.i_d), np.asarray(machine.i_q)) / np.sqrt(2.0)
 
 
 _SERVO: Mapping[str, Callable[[Any], Any]] = {
-    "continuous_current": lambda motor: _rms(motor.i_d, motor.i_q),
-    "peak_current": lambda motor: _rms(motor.i_d, motor.i_q),
+    "continuous_current": _rms,
+    "peak_current": _rms,
     "peak_torque": lambda motor: motor.torque,
     "max_speed": lambda motor: motor.w,
 }
@@ -45,9 +45,9 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
     PMSM: _SERVO,
     PMSMDrive: _SERVO,
     Inverter: {
-        "rated_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
-        "overload_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
-        "peak_current": lambda bridge: _rms(bridge.machine.i_d, bridge.machine.i_q),
+        "rated_current": lambda bridge: _rms(bridge.machine),
+        "overload_current": lambda bridge: _rms(bridge.machine),
+        "peak_current": lambda bridge: _rms(bridge.machine),
     },
     HoldingValve: {"nominal_current": lambda valve: valve.coil.i, "max_pressure": lambda valve: valve.poppet.dp},
     Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},

@@ -31,8 +31,8 @@ def inverter(order: str | DataSheet, **others: Any) -> Inverter:
 def servo_drive(motor: str | DataSheet, inverter: str | DataSheet, C: Any, **others: Any) -> PMSMDrive:
     """A servo motor with an inverter, by their order names or data sheets, and C in F of the direct-voltage link.
 
-    The drive limits the current to the smaller of the two peak currents. For `limits`, it has the smaller of the
-    continuous currents and of the peak currents. `others` replace arguments of `PMSMDrive`.
+    The drive limits the current to the smaller of the two peak currents. `limits` checks this current, and the smaller
+    of the two continuous currents. `others` replace arguments of `PMSMDrive`.
     """
     machine, bridge = sheet_of(motor, "servo_motors"), sheet_of(inverter, "inverters")
     sheet = _both(machine, bridge)

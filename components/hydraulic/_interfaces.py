@@ -169,7 +169,7 @@ class MixedPart(FluidPart, partial=True):
 class StatedVolume(MixedPart, partial=True):
     """A part whose law does not depend on how much liquid it holds: `volume` is for liquids that carry heat."""
 
-    volume: Param[Scalar, "m3", nonnegative] = 0.0  # liquid in it, without pressure and at s = 0
+    volume: Param[Scalar, "m3", nonnegative] = 0.0  # liquid at zero pressure, in a cylinder at s = 0
 
     def requirements(self) -> Requirements:
         if self.carrier is None:
