@@ -5,7 +5,7 @@ import pytest
 
 from acausal import simulate
 from acausal.modelica import ModelicaError, load
-from acausal.modelica._front.families import expanded
+from acausal.modelica._front.loops import expanded
 
 pytest.importorskip("rumoca")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import equations, families, functions, outer_marks, outer_values, stored
+from . import equations, functions, loops, outer_marks, outer_values, stored
 from .failures import failure, syntax_error
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
@@ -74,7 +74,7 @@ def _text(request: Request, hides: equations.Hidden) -> str:
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:
     text = request.whole(_text(request, hides))
     loaded = session(view(request.roots, hides)).loads(text, model=WRAPPER, filename=NAME)
-    return families.expanded(loaded.to_dict("flat"))
+    return loops.expanded(loaded.to_dict("flat"))
 
 
 def _failure(error: Exception, request: Request, hides: equations.Hidden) -> ModelicaError:

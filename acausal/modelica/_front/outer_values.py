@@ -6,8 +6,8 @@ component declares. Where the inner component has other values, modifiers give t
 the parameters that read them their own values. The flat model keeps its bindings. Conditions and ranges that read an
 outer component directly do not obey the modifiers, and are refused (`outer_readers.py`).
 
-For the front end, an integer parameter that a modifier binds to an element of an array, as in `part(n = ns[2])`, has
-the value of its class. It gets its value by a modifier, too.
+If a modifier binds an integer parameter to an element of an array, as in `part(n = ns[2])`, the front end reads the
+value that its class declares. Such a parameter gets its value by a modifier, too.
 """
 
 import re
@@ -54,7 +54,10 @@ class OuterValues:
             self._stated.setdefault(name, {part: variables[name][part] for part in _STATED})
         before, self.text = self.text, self._written(content, differing)
         if self.text in self._tried and self.text != before:
-            raise ModelicaError("The values of outer components depend on which components are present.")
+            raise ModelicaError(
+                "The values of outer components depend on which components are present. Remedy: declare these "
+                "components without a condition that reads an outer component."
+            )
         self._tried.add(self.text)
         return self.text != before
 
@@ -66,7 +69,8 @@ class OuterValues:
         for name in stated:
             if values.text(name) is None:
                 raise ModelicaError(
-                    f"{name} reads an outer component or an array, but its value is not known on loading."
+                    f"{name} reads an outer component or an array, but its value is not known when the model is "
+                    "loaded. Remedy: bind what it reads to literals, or to parameters with known values."
                 )
         texts = {one.outer: values.text(one.inner) for one in differing} | {name: values.text(name) for name in stated}
         return written({name: text for name, text in texts.items() if text is not None})

@@ -1,5 +1,7 @@
-"""Equations of loops. Of a loop over derivatives, the front end writes two equations, and zeros for the right sides of
-the others, which it keeps as a template of all. Here the template gives each of them.
+"""Equations of loops, from their templates.
+
+For a loop over derivatives, the front end writes two equations and a template. The right sides of the other equations
+are zero, so each equation is built from the template.
 """
 
 import itertools
@@ -31,7 +33,10 @@ def _residuals(family: _Tree) -> Iterator[tuple[int, Any]]:
     """The places and residuals of the equations of a loop: the last index changes fastest."""
     binders, body = family["domain"]["binders"], family["template"]["body"]
     if family["equations_per_point"] != 1 or len(body) != 1:
-        raise ModelicaError("The front end wrote a loop with several equations for each index, which is not supported.")
+        raise ModelicaError(
+            "The front end wrote a loop with several equations for each index, which is not supported. Remedy: write a "
+            "loop for each of the equations."
+        )
     ranges = [range(b["lower"], b["upper"] + (1 if b["step"] > 0 else -1), b["step"]) for b in binders]
     names = [b["display_name"] for b in binders]
     for number, point in enumerate(itertools.product(*ranges)):
