@@ -121,7 +121,7 @@ def merge(flat: FlatModel) -> Merged:
 
 
 def _without_aliases(flat: FlatModel, families: list[Family], sets: _Sets) -> list[Family]:
-    """The families that are no aliases. A factor that is zero can make aliases of others."""
+    """The families that are not aliases. A zero factor can turn other families into aliases, so the search repeats."""
     kept = []
     for family in families:
         if family.instances is None or not _is_alias(family.template):
@@ -138,7 +138,7 @@ def _without_aliases(flat: FlatModel, families: list[Family], sets: _Sets) -> li
 
 
 def _by_zero_factors(family: Family, zero: np.ndarray) -> Iterator[Family]:
-    """The family in parts with the same inputs that are zero, if these are factors of other inputs."""
+    """Splits a family by its inputs that are zero, if these are factors of other inputs."""
     form = family.template.form
     vanish = (family.nodes >= 0) & zero[family.nodes]
     if not vanish.any() or not (form.nonlinear or any(coefficient.on for coefficient in form.terms.values())):

@@ -119,8 +119,8 @@ def initialised_leaves(
     system: System, leaves: Sequence[Numbers | None], t0: Numbers, past: Past | None, *, throw: bool = True
 ) -> tuple[list[Numbers | None], Array | None]:
     """The leaves of a model with start values that satisfy the initial equations of its components and the given
-    values, followed by the truths that `ifelse` holds there; and a number that is 1 if there are none and 0 otherwise.
-    Start values of algebraic unknowns are removed.
+    values, followed by the truths that `ifelse` holds there; and a number that is 1 if the search failed and 0
+    otherwise. Start values of algebraic unknowns are removed.
 
     Discrete variables are in the modes that the start values imply, and past events have fired. If the search fails and
     the numbers are known, raises `SimulationError`. Traced, or with `throw=False`, the leaves are then unchanged.
