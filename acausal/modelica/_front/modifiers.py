@@ -14,7 +14,7 @@ from .._translate.paths import PathTree, split, tree_of
 from .._translate.scope import NotKnown
 
 _ELEMENTS = (
-    "{} selects equations and follows an outer component, but not all elements of its array have a value. "
+    "{} selects equations and reads an outer component, but not all elements of its array have a value. "
     "Remedy: declare them as separate components."
 )
 
