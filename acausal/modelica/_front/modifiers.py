@@ -19,7 +19,7 @@ _ELEMENTS = (
 )
 
 
-class Values:
+class ValueTexts:
     """The values of the parameters and constants of a flat model as text."""
 
     def __init__(self, content: dict[str, Any]) -> None:

@@ -16,7 +16,7 @@ _SECTION = re.compile(
 )
 
 
-class Parameter(NamedTuple):
+class OuterParameter(NamedTuple):
     """A parameter of an outer component: its path, that of the parameter of the inner component, and its name in the
     class that declares the outer component.
     """
@@ -26,7 +26,7 @@ class Parameter(NamedTuple):
     local: str
 
 
-def check_direct(content: _Tree, parameters: list[Parameter], sources: Sources) -> None:
+def check_direct(content: _Tree, parameters: list[OuterParameter], sources: Sources) -> None:
     """Raises `ModelicaError` for a condition or range that reads one of these parameters directly."""
     paths = {one.outer for one in parameters}
     for choice in content.get("parameter_branch_selections", ()):

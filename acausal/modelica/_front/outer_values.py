@@ -15,9 +15,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from .._errors import ModelicaError
-from .modifiers import Values, written
+from .modifiers import ValueTexts, written
 from .outer_marks import outer_components
-from .outer_readers import Parameter, array_readers, check_direct, is_in, readers, references
+from .outer_readers import OuterParameter, array_readers, check_direct, is_in, readers, references
 from .scan import masked
 from .sources import Sources
 
@@ -61,11 +61,11 @@ class OuterValues:
         self._tried.add(self.text)
         return self.text != before
 
-    def _written(self, content: _Tree, differing: list[Parameter]) -> str:
+    def _written(self, content: _Tree, differing: list[OuterParameter]) -> str:
         stated = [name for name in self._stated if name in content["variables"]]
         if not differing and not stated:
             return ""
-        values = Values(content)
+        values = ValueTexts(content)
         for name in stated:
             if values.text(name) is None:
                 raise ModelicaError(
@@ -76,7 +76,7 @@ class OuterValues:
         return written({name: text for name, text in texts.items() if text is not None})
 
 
-def _differing(content: _Tree, sources: Sources) -> Iterator[Parameter]:
+def _differing(content: _Tree, sources: Sources) -> Iterator[OuterParameter]:
     """The parameters of outer components whose values may not be those that their class declares."""
     variables = content["variables"]
     visible = [
@@ -89,7 +89,7 @@ def _differing(content: _Tree, sources: Sources) -> Iterator[Parameter]:
             if is_in(name, inner):
                 rest = name.removeprefix(inner)
                 if rest.count(".") > 1 or not _is_declared(name, variables, sources):
-                    yield Parameter(outer + rest, name, outer.rpartition(".")[2] + rest)
+                    yield OuterParameter(outer + rest, name, outer.rpartition(".")[2] + rest)
 
 
 def _is_declared(name: str, variables: _Tree, sources: Sources) -> bool:
