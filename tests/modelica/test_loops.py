@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from acausal import simulate
+from acausal import replace, simulate
 from acausal.modelica import ModelicaError, load
 from acausal.modelica._front.loops import expanded
 
@@ -95,15 +95,77 @@ def test_a_loop_that_the_front_end_writes_otherwise_is_refused() -> None:
         "template": {"body": [{"Binary": {"lhs": state({"Expr": {"expr": index, "span": None}}), "rhs": index}}]},
         "interiors_materialized": False,
     }
-    written = {"residual": {"Binary": {"lhs": state({"Index": {"value": 1, "span": None}}), "rhs": 0}}}
+    one = {"Literal": {"value": {"Integer": 1}, "span": None}}
+    written = {"residual": {"Binary": {"lhs": state({"Index": {"value": 1, "span": None}}), "rhs": one}}}
     content = {"structured_equations": [family], "initial_structured_equations": [], "equations": [written]}
     found = expanded(content | {"initial_equations": []})["equations"][0]["residual"]["Binary"]["rhs"]
     assert found["Literal"]["value"] == {"Integer": 1}
-    written["residual"]["Binary"]["lhs"] = state({"Index": {"value": 2, "span": None}})
+    written["residual"]["Binary"]["rhs"] = {}
+    with pytest.raises(ModelicaError, match="do not match their template"):
+        expanded(content | {"initial_equations": []})
+    written["residual"]["Binary"] |= {"lhs": state({"Index": {"value": 2, "span": None}}), "rhs": index}
     with pytest.raises(ModelicaError, match="do not match their template"):
         expanded(content | {"initial_equations": []})
     with pytest.raises(ModelicaError, match="several equations for each index"):
         expanded(content | {"structured_equations": [family | {"equations_per_point": 2}], "initial_equations": []})
+
+
+OUTER = """
+package Outers
+  model System
+    parameter Real g = 1;
+    parameter Real c[4] = {1, 2, 3, 4};
+  end System;
+  model Part
+    outer System system;
+    Real x[4];
+  initial equation
+    for i in 1:4 loop
+      der(x[i]) = system.g * i - x[i];
+    end for;
+  equation
+    for i in 1:4 loop
+      der(x[i]) = system.g * system.c[i];
+    end for;
+  end Part;
+  model Whole
+    inner System system(g = 3, c = {4, 3, 2, 1});
+    Part part;
+  end Whole;
+end Outers;
+"""
+
+
+def test_a_loop_reads_the_values_of_an_inner_component() -> None:
+    """The start follows from g i - x = g c and the rate is g c."""
+    model = load(OUTER, "Outers.Whole")
+    rate = lambda g: g * np.array([4.0, 3.0, 2.0, 1.0])  # noqa: E731
+    for found, g in ((model, 3.0), (replace(model, {"system.g": 5.0}), 5.0)):
+        solution = simulate(found, 1.0, save=[0.0, 1.0])
+        np.testing.assert_allclose(solution["part.x"][-1], g * INDEX[:4], rtol=1e-9)
+        np.testing.assert_allclose(solution["part.x"][0], g * INDEX[:4] - rate(g), rtol=1e-9, atol=1e-12)
+
+
+INITIAL = """
+model Initial
+  parameter Real k = 2;
+  Real x[4], y;
+initial algorithm
+  for i in 1:4 loop
+    x[i] := k * i ^ 2;
+  end for;
+  y := sum(x);
+equation
+  der(x) = zeros(4);
+  der(y) = 1;
+end Initial;
+"""
+
+
+def test_an_initial_algorithm_determines_states() -> None:
+    solution = simulate(load(INITIAL, "Initial"), 1.0, save="end")
+    np.testing.assert_allclose(solution["x"][-1], 2.0 * INDEX[:4] ** 2, rtol=1e-9)
+    assert solution["y"][-1] == pytest.approx(61.0)
 
 
 SIZES = """

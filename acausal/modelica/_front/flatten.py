@@ -36,7 +36,8 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     """What was hidden, and the flat model with it.
 
     As little as possible is hidden from the front end: its last pass does not check the types of what is hidden, and
-    needs some of it. Only if it refuses the model, algorithms are hidden, then equations, then connections of signals.
+    needs some of it. Only if it refuses the model, or a loop does not match its template, algorithms are hidden, then
+    equations, then connections of signals.
     """
     if error := syntax_error(request):
         raise error
@@ -57,6 +58,8 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     for hides in first:
         try:
             return hides, _loaded(request, hides)
+        except loops.TemplateError:
+            continue
         except rumoca().RumocaError as error:
             if not str(error).startswith("todae"):
                 raise _failure(error, request, hides) from None

@@ -2,6 +2,9 @@
 
 For a loop over derivatives, the front end writes two equations and a template. The right sides of the other equations
 are zero, so each equation is built from the template.
+
+The template has the values that classes declare in place of parameters of outer components. It is used only if it
+agrees with the two equations.
 """
 
 import itertools
@@ -13,34 +16,41 @@ from .._errors import ModelicaError
 _Tree = dict[str, Any]
 _PARTS = {"structured_equations": "equations", "initial_structured_equations": "initial_equations"}
 _OPERATIONS = {"Add": int.__add__, "Sub": int.__sub__, "Mul": int.__mul__}
+_WRITTEN = 2  # equations of a loop that have their right sides
 _PLACES = ("span", "component_ref", "generated", "instance_id", "resolved_function")
 
 
+class TemplateError(ModelicaError):
+    """A loop that does not match its template."""
+
+
 def expanded(content: _Tree) -> _Tree:
-    """A flat model with all equations of its loops. Raises `ModelicaError` if a loop does not match its template."""
+    """A flat model with all equations of its loops. Raises `TemplateError` if a loop does not match its template."""
     found = dict(content)
     for part, equations in _PARTS.items():
         written = list(content[equations])
         for family in content[part]:
             if not family["interiors_materialized"]:
-                for place, residual in _residuals(family):
-                    written[place] = written[place] | {"residual": _matching(residual, written[place]["residual"])}
+                for number, residual in enumerate(_residuals(family)):
+                    place = family["first_equation_index"] + number
+                    _check(residual, written[place]["residual"], is_whole=number < _WRITTEN)
+                    written[place] = written[place] | {"residual": residual}
         found[equations] = written
     return found
 
 
-def _residuals(family: _Tree) -> Iterator[tuple[int, Any]]:
-    """The places and residuals of the equations of a loop: the last index changes fastest."""
+def _residuals(family: _Tree) -> Iterator[Any]:
+    """The residuals of the equations of a loop: the last index changes fastest."""
     binders, body = family["domain"]["binders"], family["template"]["body"]
     if family["equations_per_point"] != 1 or len(body) != 1:
-        raise ModelicaError(
+        raise TemplateError(
             "The front end wrote a loop with several equations for each index, which is not supported. Remedy: write a "
             "loop for each of the equations."
         )
     ranges = [range(b["lower"], b["upper"] + (1 if b["step"] > 0 else -1), b["step"]) for b in binders]
     names = [b["display_name"] for b in binders]
-    for number, point in enumerate(itertools.product(*ranges)):
-        yield family["first_equation_index"] + number, _at(body[0], dict(zip(names, point, strict=True)))
+    for point in itertools.product(*ranges):
+        yield _at(body[0], dict(zip(names, point, strict=True)))
 
 
 def _at(node: Any, point: dict[str, int]) -> Any:
@@ -73,11 +83,11 @@ def _constant(node: Any) -> int | None:
     return None
 
 
-def _matching(residual: _Tree, written: _Tree) -> _Tree:
-    """A residual whose left side must be that of the equation that the front end wrote."""
-    if _plain(residual["Binary"]["lhs"]) != _plain(written["Binary"]["lhs"]):
-        raise ModelicaError("The front end wrote a loop whose equations do not match their template.")
-    return residual
+def _check(residual: _Tree, written: _Tree, *, is_whole: bool) -> None:
+    """Raises `TemplateError` if a residual, or its left side, is not that of the equation that the front end wrote."""
+    sides = (residual, written) if is_whole else (residual["Binary"]["lhs"], written["Binary"]["lhs"])
+    if _plain(sides[0]) != _plain(sides[1]):
+        raise TemplateError("The front end wrote a loop whose equations do not match their template.")
 
 
 def _plain(node: Any) -> Any:

@@ -289,7 +289,9 @@ class Lowering:
         return x.name if is_open or is_discrete else None
 
     def _initial_algorithm(self, algorithm: Algorithm) -> None:
-        """Values that an initial algorithm computes, as variables of their own, which count at the start only."""
+        """Values that an initial algorithm computes, as variables of their own, which count at the start only. They are
+        the initial values of discrete variables and of parameters; continuous variables equal them at the start.
+        """
         names = {name: f"start_of_{name}" for name in targets_of(algorithm.body) if name in self.flat.variables}
         if not names:
             return
@@ -297,7 +299,13 @@ class Lowering:
             self.out.variables[start] = dataclasses.replace(
                 self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=()
             )
-            self.out.initial[name] = e.Ref(start)
+            if self._held(e.Ref(name)) is None:
+                residual = e.Binary("Sub", e.Ref(name), e.Ref(start))
+                self.out.initial_equations.append(
+                    FlatEquation(residual, algorithm.component, "component", algorithm.place)
+                )
+            else:
+                self.out.initial[name] = e.Ref(start)
         body = tuple(_renamed(s, names) for s in without_assertions(algorithm.body))
         self.out.algorithms.append(Algorithm(body, tuple(names.values()), algorithm.component, algorithm.place))
 
