@@ -29,6 +29,8 @@ BODIES = {
     "der(x[1]) = 0; for i in 2:n - 1 loop der(x[i]) = c[i - 1] + c[i + 1]; end for; der(x[n]) = 1;": [0, 40, 60, 80, 1],
     "for i in 1:2:n loop der(x[i]) = i; end for; for i in 2:2:n loop der(x[i]) = -i; end for;": [1, -2, 3, -4, 5],
     "for i in 1:n loop der(x[n + 1 - i]) = sum(c[1:i]); end for;": np.cumsum(10.0 * INDEX)[::-1],
+    "for i in 1:n loop der(x[i]) = sum(j * k for j in 1:i); end for;": np.cumsum(INDEX),
+    "for i in 1:n loop der(x[i]) = sum(y[j] * k for j in 1:n); end for;": 150.0 * np.ones(N),
     "for i in 1:n loop der(x[i]) = if i == 1 then 7 else c[i - 1]; end for;": [7, 10, 20, 30, 40],
     "for i in 1:n loop if i < 3 then der(x[i]) = k; else der(x[i]) = -k; end if; end for;": [1, 1, -1, -1, -1],
 }

@@ -76,7 +76,12 @@ def _text(request: Request, hides: equations.Hidden) -> str:
 
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:
     text = request.whole(_text(request, hides))
-    loaded = session(view(request.roots, hides)).loads(text, model=WRAPPER, filename=NAME)
+    try:
+        loaded = session(view(request.roots, hides)).loads(text, model=WRAPPER, filename=NAME)
+    except BaseException as error:
+        if type(error).__name__ != "PanicException":  # the class, which is no `Exception`, has no public name
+            raise
+        raise rumoca().RumocaError(f"todae panicked: {error}") from None
     return loops.expanded(loaded.to_dict("flat"))
 
 
