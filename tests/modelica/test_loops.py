@@ -215,3 +215,23 @@ def test_a_final_size_from_an_array_is_refused() -> None:
     text = SIZES.replace("n = VALUE", "final n = ns[2]")
     with pytest.raises(ModelicaError, match=r"line 13: part\.n is final and reads an array.*Remedy: modify part\.n"):
         load(text, "Sizes.Whole")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("Part part(n = VALUE);", "Part part[ns[2]];"),
+        ("Part part(n = VALUE);", 'Part part[ns[k] - 1](each n = 2) "parts";'),
+        ("Part part(n = VALUE);", 'equation for i in 1:ns[2] loop assert(time < 0.5, "late"); end for;'),
+    ],
+)
+def test_a_size_that_the_front_end_loses_is_refused(old: str, new: str) -> None:
+    """A part would be one component, and a loop would vanish."""
+    with pytest.raises(ModelicaError, match=r"line 24: the front end loses the size .*ns.*which reads an array"):
+        load(SIZES.replace(old, new), "Sizes.Whole")
+
+
+def test_a_range_in_a_function_may_read_an_array() -> None:
+    body = "algorithm y := 0; for i in 1:a[1] loop y := y + i; end for;"
+    text = SIZES.replace("algorithm\n    y := a[2];", body).replace("n = VALUE", "n = second(ns)")
+    assert simulate(load(text, "Sizes.Whole"), 1.0, save="end")["part.total"][-1] == pytest.approx(3.0)

@@ -9,6 +9,7 @@ from typing import Any, get_args
 from .._errors import ModelicaError
 from . import equations, functions, loops, outer_marks, outer_values, stored
 from .failures import failure, syntax_error
+from .lost_sizes import check_sizes
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
 from .session import rumoca, session
@@ -44,6 +45,7 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
+    check_sizes(_sources(request, hides, content))
     values = outer_values.OuterValues()
     content = equations.restored(functions.restored(content))
     while values.differ(content, _sources(request, hides, content)):
