@@ -166,9 +166,9 @@ class Bar(Component):
 class Offset(Component):
     """A start value of y, which a law of time ties to the state x: x = exp(-t) + s(t) up to t = 1."""
 
-    t: Time[Scalar, "s"]
-    x: Var[Scalar, "1", prefer]
-    y: Var[Scalar, "1"]
+    t: Time[Scalar, "s"] = 0.0
+    x: Var[Scalar, "1", prefer] = 0.0
+    y: Var[Scalar, "1"] = 0.0
     s: Var[Scalar, "1"] = 0.0
 
     def equations(self, d: Self) -> Equations:
