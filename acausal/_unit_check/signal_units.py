@@ -92,7 +92,7 @@ def _units(flat: FlatModel) -> dict[int, str]:
             declared = OF_ANGLES | declared
         for slot, dimension in enumerate(kind_units(kind).dimensions):
             if dimension is not None:
-                unit = declared.get(dimension) or si_unit_of(dimension)
+                unit = declared.get(dimension, si_unit_of(dimension))
                 found |= dict.fromkeys((instances.leaf(entry, slot) for entry in range(len(instances.paths))), unit)
     return found
 

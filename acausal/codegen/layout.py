@@ -138,6 +138,11 @@ class Numbering:
             return Places("t" if sign else "", np.array([0]), sign or 1)
         return self.values([pair])._replace(sign=sign)
 
+    def unit(self, variable: int) -> str:
+        """The unit of a variable, declared or that of the signal."""
+        flat = self.system.flat
+        return unit_of_leaf(flat, int(flat.leaf_of_node[self.system.ordered.table.variables[variable]]))
+
     def quantities(self, leaves: dict[int, int], values: dict[int, np.ndarray]) -> list[Quantity]:
         """The named numbers of parameters or discrete variables: one for each component."""
         found = []

@@ -12,7 +12,6 @@ from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
-from .._unit_check.signal_units import unit_of_leaf
 from .calls import Call, Solve
 from .expressions import Names, identifier
 from .functions import CFunction
@@ -197,8 +196,7 @@ class CModel:
 
     def unit(self, pair: Pair) -> str:
         """The unit of a variable or of its derivative."""
-        table, flat = self.system.ordered.table, self.system.flat
-        unit = unit_of_leaf(flat, int(flat.leaf_of_node[table.variables[pair[0]]]))
+        unit = self.layout.unit(pair[0])
         return unit if not pair[1] else f"{unit}/s" if pair[1] == 1 else f"{unit}/s{pair[1]}"
 
 

@@ -92,9 +92,9 @@ def _states(system: System, layout: Numbering, inputs: Inputs, t0: float) -> lis
             f"The start values of {', '.join(dict.fromkeys(names))} contradict the constraints. Remedy: correct them, "
             "or export the result of `initialise`."
         )
-    table, flat, found = system.ordered.table, system.flat, []
+    table, found = system.ordered.table, []
     for pair, start in zip(system.states, system.plan.starts.tolist(), strict=False):
-        unit = unit_of_leaf(flat, int(flat.leaf_of_node[table.variables[pair[0]]]))
+        unit = layout.unit(pair[0])
         value = np.asarray(y)[start : start + system.plan.size(pair[0])]
         found.append(Quantity(table.variable_name(*pair), unit + "/s" * pair[1], start, value))
     return found

@@ -44,11 +44,7 @@ RATINGS: Mapping[type[Component], Mapping[str, Callable[[Any], Any]]] = {
     },
     PMSM: _SERVO,
     PMSMDrive: _SERVO,
-    Inverter: {
-        "rated_current": lambda bridge: _rms(bridge.machine),
-        "overload_current": lambda bridge: _rms(bridge.machine),
-        "peak_current": lambda bridge: _rms(bridge.machine),
-    },
+    Inverter: dict.fromkeys(("rated_current", "overload_current", "peak_current"), lambda bridge: _rms(bridge.machine)),
     HoldingValve: {"nominal_current": lambda valve: valve.coil.i, "max_pressure": lambda valve: valve.poppet.dp},
     Pump: {"max_speed": lambda pump: pump.w, "max_pressure": lambda pump: pump.dp},
 }

@@ -61,6 +61,12 @@ def in_python(compiled: Compiled, method: str, step: float, n: int) -> np.ndarra
     return x
 
 
+def test_a_signal_has_the_unit_of_the_quantity_that_it_sets(tmp_path: Path) -> None:
+    model = export_c(rectifier(), tmp_path, step=1e-5, method="implicit", outputs=["sine.y.value"])
+    assert model.outputs[0].unit == "V"
+    assert "sine.y.value [V]" in (tmp_path / f"{model.name}.h").read_text()
+
+
 def test_a_start_value_holds_in_the_branch_at_the_start(tmp_path: Path) -> None:
     compiled = Compiled(Offset(y=1.0), tmp_path, "rk4", 1e-2)
     compiled.call("initialise")

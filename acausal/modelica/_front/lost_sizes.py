@@ -3,7 +3,7 @@
 import re
 
 from .._errors import ModelicaError
-from .scan import class_kinds, masked
+from .scan import class_kinds, masked, section_of
 from .sources import Sources
 
 _ELEMENT = r"[^\[\];()]*\w\s*\[[^;]*?"
@@ -11,9 +11,6 @@ _RANGE = re.compile(rf"\bfor\s+\w+\s+in\s+(?P<size>{_ELEMENT})\bloop\b")
 _WORDS = "then|else|elseif|if|when|elsewhen|loop|in|and|or|not|while|return|equation|algorithm"
 _PART = re.compile(
     rf"(?<![\w.])(?!(?:{_WORDS})\b)[\w.]+\s+\w+\s*\[(?P<size>{_ELEMENT}\][^;\]]*?)\]\s*(?:[;(,\"]|if\b|annotation\b)"
-)
-_SECTION = re.compile(
-    r"(?<![\w.])(?:(?P<equations>equation)|algorithm|public|protected|model|block|class|record|package)\b"
 )
 _REMEDY = "Remedy: declare an Integer parameter with a value of its own, and use that."
 
@@ -25,12 +22,8 @@ def check_sizes(sources: Sources) -> None:
     for source, (_, text) in sources.texts.items():
         plain = masked(text)
         for found in (*_RANGE.finditer(plain), *_PART.finditer(plain)):
-            sections = [bool(section["equations"]) for section in _SECTION.finditer(plain, 0, found.start())]
-            in_equations = sections[-1:] == [True]
-            is_range = found.re is _RANGE
-            if in_equations == is_range and (is_range or class_kinds(plain)(found.start()) != "function"):
-                place = sources.place(source, len(plain[: found.start()].encode()))
-                where = f"{place[0]}, line {place[1]}: " if place else ""
-                raise ModelicaError(
-                    f"{where}the front end loses the size {found['size'].strip()}, which reads an array. {_REMEDY}"
-                )
+            is_range, at = found.re is _RANGE, found.start()
+            in_equations = section_of(plain, at) == "equation"
+            if in_equations == is_range and (is_range or class_kinds(plain)(at) != "function"):
+                where, size = sources.where(source, len(plain[:at].encode())), found["size"].strip()
+                raise ModelicaError(f"{where}the front end loses the size {size}, which reads an array. {_REMEDY}")

@@ -5,15 +5,12 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from .._errors import ModelicaError
-from .scan import masked
+from .scan import masked, section_of
 from .sources import Sources
 
 _Tree = dict[str, Any]
 _SIZES = "ArrayDimension"  # selections that rumoca makes with the modified values
 _RANGE = re.compile(r"\bfor\s+\w+\s+in\b(.*?)(?:\bloop\b|[;}])", re.S)
-_SECTION = re.compile(
-    r"(?<![\w.])(?:(?P<equations>equation|algorithm)|public|protected|model|block|class|record|package)\b"
-)
 
 
 class OuterParameter(NamedTuple):
@@ -32,7 +29,7 @@ def check_direct(content: _Tree, parameters: list[OuterParameter], sources: Sour
     for choice in content.get("parameter_branch_selections", ()):
         for full, *_ in choice["references"] if choice["kind"] != _SIZES else ():
             if full in paths:
-                raise _direct(full, _place(choice["span"], sources))
+                raise _direct(full, _where(choice, "span", sources))
     for source in sources.texts if parameters else ():
         _check_ranges(source, {one.local: one.outer for one in parameters}, sources)
 
@@ -44,11 +41,8 @@ def _check_ranges(source: int, names: dict[str, str], sources: Sources) -> None:
     plain = masked(sources.texts[source][1])
     for found in _RANGE.finditer(plain):
         name = next((name for name in re.findall(r"(?<![\w.])\w+(?:\.\w+)+", found[1]) if name in names), None)
-        if name is not None:
-            *_, section = _SECTION.finditer(plain, 0, found.start())
-            if section["equations"]:
-                start = len(plain[: found.start()].encode())
-                raise _direct(names[name], _place({"source": source, "start": start}, sources))
+        if name is not None and section_of(plain, found.start()) in ("equation", "algorithm"):
+            raise _direct(names[name], sources.where(source, len(plain[: found.start()].encode())))
 
 
 def _direct(full: str, place: str) -> ModelicaError:
@@ -69,13 +63,9 @@ def readers(content: _Tree, inner: set[str], sources: Sources) -> set[str]:
         if name in inner or (types.get(name) == "Real" and name not in deciding):
             continue
         if any(other in inner for other in references(variable["binding"])):
-            if content["variable_final_flags"].get(name):
-                raise ModelicaError(
-                    f"{_place(variable['source_span'], sources)}{name} is final and reads an outer component, but the "
-                    f"front end ignores its value. Remedy: declare {name} without final."
-                )
-            found.add(_without_indices(name))
-    return {name for name in variables if _without_indices(name) in found}
+            _refuse_final(content, name, "an outer component", "declare", sources)
+            found.add(name)
+    return _with_all_elements(found, variables)
 
 
 def array_readers(content: _Tree, sources: Sources) -> set[str]:
@@ -88,13 +78,24 @@ def array_readers(content: _Tree, sources: Sources) -> set[str]:
         variable = variables[name]
         is_ours = types.get(name) == "Integer" and not variable["dims"] and variable["binding_from_modification"]
         if is_ours and _reads_array(variable["binding"], variables):
-            if content["variable_final_flags"].get(name):
-                raise ModelicaError(
-                    f"{_place(variable['source_span'], sources)}{name} is final and reads an array, but the front end "
-                    f"ignores its value. Remedy: modify {name} without final."
-                )
-            found.add(_without_indices(name))
-    return {name for name in variables if _without_indices(name) in found}
+            _refuse_final(content, name, "an array", "modify", sources)
+            found.add(name)
+    return _with_all_elements(found, variables)
+
+
+def _refuse_final(content: _Tree, name: str, what: str, remedy: str, sources: Sources) -> None:
+    """Raises `ModelicaError` for a final parameter, to which no modifier can give its value."""
+    if content["variable_final_flags"].get(name):
+        raise ModelicaError(
+            f"{_where(content['variables'][name], 'source_span', sources)}{name} is final and reads {what}, but the "
+            f"front end ignores its value. Remedy: {remedy} {name} without final."
+        )
+
+
+def _with_all_elements(names: set[str], variables: _Tree) -> set[str]:
+    """The variables with these names, in all elements of the arrays of components around them."""
+    plain = {_without_indices(name) for name in names}
+    return {name for name in variables if _without_indices(name) in plain}
 
 
 def _reads_array(node: Any, variables: _Tree) -> bool:
@@ -135,9 +136,8 @@ def is_in(name: str, component: str) -> bool:
     return name == component or name.startswith(f"{component}.")
 
 
-def _place(span: _Tree, sources: Sources) -> str:
-    place = sources.place(span["source"], span["start"])
-    return f"{place[0]}, line {place[1]}: " if place else ""
+def _where(node: _Tree, span: str, sources: Sources) -> str:
+    return sources.where(node[span]["source"], node[span]["start"])
 
 
 def _without_indices(path: str) -> str:

@@ -14,6 +14,8 @@ _CLASS = re.compile(
     rf"(?<![\w.])(?:end\s+(?P<end>\w+)\s*;|(?P<kind>{KINDS})\s+(?:extends\s+)?(?P<name>\w+)(?!\s*=)(?!\w))"
 )
 
+_SECTION = re.compile(r"(?<![\w.])(?:equation|algorithm|public|protected|model|block|class|record|package)\b")
+
 
 def masked(text: str) -> str:
     """The text with equal places, in which strings are empty and comments are blank."""
@@ -35,6 +37,13 @@ def statement_end(plain: str, at: int) -> int:
         if token[0] == ";" and depth <= 0:
             return token.end()
     return len(plain)
+
+
+def section_of(plain: str, at: int) -> str:
+    """The keyword that opens the section of a place of a masked text: `equation`, `algorithm`, or one of declarations;
+    empty in front of all of them.
+    """
+    return next((found[0] for found in reversed([*_SECTION.finditer(plain, 0, at)])), "")
 
 
 def class_kinds(plain: str) -> Callable[[int], str | None]:

@@ -28,6 +28,11 @@ class Sources:
             self._lines[source] = [i for i, byte in enumerate(text) if byte == 10]
         return self.texts[source][0], bisect.bisect_left(self._lines[source], offset) + 1
 
+    def where(self, source: int, offset: int) -> str:
+        """File and line as the beginning of a message; empty if the text is unknown."""
+        place = self.place(source, offset)
+        return f"{place[0]}, line {place[1]}: " if place else ""
+
 
 def used(content: object) -> set[int]:
     """The numbers of all texts that spans of a flat model name."""
