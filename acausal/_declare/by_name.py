@@ -79,13 +79,7 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     if not isinstance(values, Mapping):
         raise ModelError(f"replace(model, values) takes a dictionary by path, got {values!r}.")
     check_is_node(model)
-    structural = {
-        join(path, own) for path, node in nodes_of(model) for own in getattr(type(node), "structural_names", ())
-    }
-    for name in structural.intersection(map(str, values)):
-        raise ParameterError(
-            f"{name} is fixed: the structure of the model may depend on it. Load the model with another value of it."
-        )
+    refuse_fixed(model, map(str, values))
     known = {leaf.path for leaf in leaves_of(model)}
     others = {str(name): value for name, value in values.items() if name not in known}
     if others:
@@ -108,6 +102,16 @@ def replace(model: M, values: Mapping[str, object]) -> M:
     changed = with_determined(rebuilt(model, new))
     _check(changed, "", [*values, *others])
     return changed
+
+
+def refuse_fixed(model: Node, names: Iterable[str]) -> None:
+    """Raises `ParameterError` for a parameter on which the structure of a loaded model depends."""
+    fixed = {join(path, own) for path, node in nodes_of(model) for own in getattr(type(node), "structural_names", ())}
+    for name in fixed.intersection(names):
+        raise ParameterError(
+            f"{name} is fixed, because the structure of the model may depend on it. Give it a value by a modifier when "
+            f'you load the model, as in load(text, "Model({name.rpartition(".")[2]} = ...)").'
+        )
 
 
 def _with_others(model: M, values: Mapping[str, object]) -> M:

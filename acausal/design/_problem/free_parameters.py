@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..._declare.annotations import Declaration
+from ..._declare.by_name import refuse_fixed
 from ..._declare.component import Component
 from ..._declare.node import Leaf, leaves_of
 from ..._errors import ModelError, ParameterError, suggestion
@@ -31,12 +32,14 @@ def free_parameters(model: Component, free: ByPath[object]) -> Free:
     the value in the model. The elements of an array that lack a bound share one size, that of the largest.
 
     Raises `ModelError` for an unknown path or one named twice, and `ParameterError` for bounds that are crossed, of
-    another dimension or outside the declared range, and for a start outside its bounds.
+    another dimension or outside the declared range, for a start outside its bounds, and for a parameter on which the
+    structure depends.
     """
     if not isinstance(free, Mapping) or not free:
         raise ModelError(f"Name at least one free parameter, as in {{'gearbox.ratio': (2.0, 20.0)}}; got {free!r}.")
     known = {leaf.path: leaf for leaf in leaves_of(model)}
     paths = {path for key in free for path in (key if isinstance(key, tuple) else (key,)) if isinstance(path, str)}
+    refuse_fixed(model, paths)
     parts = built_parts(model, paths - known.keys())
     known |= {path: _argument(path, built) for path, built in parts.items()}
     found = Free(

@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import Float
 
-from ..._declare.by_name import parameters, replace
+from ..._declare.by_name import parameters, refuse_fixed, replace
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
 from ..._extras import needed
@@ -101,6 +101,7 @@ def _values(model: Component, free: Sequence[str]) -> dict[str, Array]:
     known = parameters(model)
     if isinstance(free, str) or not free:
         raise ModelError(f"train takes a list of paths of parameters, got {free!r}.")
+    refuse_fixed(model, free)
     for path in free:
         if path not in known:
             raise UnknownNameError(f"The model has no parameter {path!r}.{suggestion(path, known)}")

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import equations, functions, loops, outer_marks, outer_values, stored
+from . import comprehensions, equations, functions, loops, marks, outer_marks, outer_values, part_marks, stored
 from .failures import failure, syntax_error
-from .lost_sizes import check_sizes
+from .part_checks import check_parts
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
+from .selections import selecting
 from .session import rumoca, session
 from .sources import Sources, number, used
+from .text_checks import check_texts
 from .view import libraries, modelica_files, view
 
 
@@ -45,13 +47,14 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
-    check_sizes(_sources(request, hides, content))
+    check_texts(_sources(request, hides, content))
     values = outer_values.OuterValues()
     content = equations.restored(functions.restored(content))
     while values.differ(content, _sources(request, hides, content)):
         hides, content = _accepted(dataclasses.replace(request, values=values.text))
         content = equations.restored(functions.restored(content))
-    return hides, outer_marks.unmarked(content)
+    check_parts(content, _sources(request, hides, content))
+    return hides, marks.unmarked(content | {"selecting": selecting(content)})
 
 
 def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
@@ -72,8 +75,9 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
 
 
 def _text(request: Request, hides: equations.Hidden) -> str:
-    text = functions.hidden(request.text, functions.ALL, "own") if hides else request.text
-    return outer_marks.marked(equations.hidden(text, NAME, hides))
+    text = comprehensions.nested(request.text)
+    text = functions.hidden(text, functions.ALL, "own") if hides else text
+    return part_marks.marked(outer_marks.marked(equations.hidden(text, NAME, hides)))
 
 
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:

@@ -19,25 +19,36 @@ _ELEMENTS = (
 )
 
 
-class ValueTexts:
-    """The values of the parameters and constants of a flat model as text."""
+class KnownContent:
+    """The values of the parameters and constants of a flat model."""
 
     def __init__(self, content: dict[str, Any]) -> None:
-        self._content = content
         self._flat = flat_model(content, "")
         self._known = KnownValues(self._flat)
         self._known.structural |= {v.name for v in self._flat.variables.values() if v.variability == "parameter"}
-        self._enumerations = dict(_enumerations(content, content))
 
-    def text(self, name: str) -> str | None:
+    def value(self, name: str) -> Any:
         """The value of a variable; None if it has none, or none that is known when the model is loaded."""
         variable = self._flat.variables[name]
         if not self._known.has(variable) or (variable.binding is None and variable.start is None):
             return None
         try:
-            return _text(self._known.value_of(variable), self._literals(name))
+            return self._known.value_of(variable)
         except (NotKnown, ModelError):
             return None
+
+
+class ValueTexts:
+    """The values of the parameters and constants of a flat model as text."""
+
+    def __init__(self, content: dict[str, Any]) -> None:
+        self._content, self._known = content, KnownContent(content)
+        self._enumerations = dict(_enumerations(content, content))
+
+    def text(self, name: str) -> str | None:
+        """The value of a variable; None if it has none, or none that is known when the model is loaded."""
+        value = self._known.value(name)
+        return None if value is None else _text(value, self._literals(name))
 
     def _literals(self, name: str) -> dict[int, str]:
         """The literals of the enumeration of a variable by their ordinals; none if it has another type."""

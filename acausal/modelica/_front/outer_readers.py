@@ -1,11 +1,13 @@
-"""Parameters whose values the front end ignores: those that read outer components, or arrays."""
+"""Parameters whose values the front end ignores: fields of records, and those that read outer components or arrays."""
 
 import re
-from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 from .._errors import ModelicaError
+from .marks import marks
+from .outer_marks import outer_components
 from .scan import masked, section_of
+from .selections import deciding, references
 from .sources import Sources
 
 _Tree = dict[str, Any]
@@ -56,39 +58,47 @@ def readers(content: _Tree, inner: set[str], sources: Sources) -> set[str]:
     """The parameters whose values read one of these parameters of inner components, except real parameters that select
     no equations.
     """
-    variables, types = content["variables"], content["variable_type_names"]
-    deciding = _deciding(content)
+    variables, types, selects = content["variables"], content["variable_type_names"], deciding(content)
     found = set()
     for name, variable in variables.items():
-        if name in inner or (types.get(name) == "Real" and name not in deciding):
+        if name in inner or (types.get(name) == "Real" and name not in selects):
             continue
         if any(other in inner for other in references(variable["binding"])):
-            _refuse_final(content, name, "an outer component", "declare", sources)
+            _refuse_final(content, name, sources)
             found.add(name)
     return _with_all_elements(found, variables)
 
 
-def array_readers(content: _Tree, sources: Sources) -> set[str]:
-    """The integer parameters that select equations or sizes, and read arrays in a modifier, as in `part(n = ns[2])`.
-    The front end takes the value that their class declares. Raises `ModelicaError` for a final one.
+def misread(content: _Tree) -> set[str]:
+    """The parameters that select equations, components or sizes, whose values the front end does not find.
+
+    These are fields of records, and those that read arrays, as in `part(data = Data(n = 3))` and `part(n = ns[2])`. The
+    front end takes the values that their classes declare. For sizes of components, it finds only values of literals and
+    names, except outer ones. A parameter that its class declares as final has no modifier, and is left out.
     """
-    variables, types = content["variables"], content["variable_type_names"]
+    variables = content["variables"]
+    sizes = set(references([variable["binding"] for *_, variable in marks(content, "size")]))
+    inner = [path for _, path in outer_components(content)]
     found = set()
-    for name in _deciding(content):
+    for name in deciding(content):
         variable = variables[name]
-        is_ours = types.get(name) == "Integer" and not variable["dims"] and variable["binding_from_modification"]
-        if is_ours and _reads_array(variable["binding"], variables):
-            _refuse_final(content, name, "an array", "modify", sources)
+        binding, is_modified = variable["binding"], variable["binding_from_modification"]
+        is_field = is_modified and name.rpartition(".")[0] in content["record_instances"]
+        reads_outer = any(is_in(read, one) for read in references(binding) for one in inner)
+        is_size = name in sizes and (reads_outer or not _is_plain(binding))
+        reads_array = not variable["dims"] and _reads_array(binding, variables)
+        is_final = content["variable_final_flags"].get(name) and not is_modified
+        if (is_field or is_size or reads_array) and not is_final:
             found.add(name)
     return _with_all_elements(found, variables)
 
 
-def _refuse_final(content: _Tree, name: str, what: str, remedy: str, sources: Sources) -> None:
+def _refuse_final(content: _Tree, name: str, sources: Sources) -> None:
     """Raises `ModelicaError` for a final parameter, to which no modifier can give its value."""
     if content["variable_final_flags"].get(name):
         raise ModelicaError(
-            f"{_where(content['variables'][name], 'source_span', sources)}{name} is final and reads {what}, but the "
-            f"front end ignores its value. Remedy: {remedy} {name} without final."
+            f"{_where(content['variables'][name], 'source_span', sources)}{name} is final and reads an outer "
+            f"component, but the front end ignores its value. Remedy: declare {name} without final."
         )
 
 
@@ -110,25 +120,9 @@ def _reads_array(node: Any, variables: _Tree) -> bool:
     return any(_reads_array(inner, variables) for inner in node.values())
 
 
-def _deciding(content: _Tree) -> set[str]:
-    """The parameters that select equations, and those that their values depend on."""
-    variables = content["variables"]
-    found: set[str] = set()
-    todo = [full for choice in content.get("parameter_branch_selections", ()) for full, *_ in choice["references"]]
-    while todo:
-        name = todo.pop()
-        if name in variables and name not in found:
-            found.add(name)
-            todo += references(variables[name]["binding"])
-    return found
-
-
-def references(node: Any) -> Iterator[str]:
-    """The names of the variables in an expression."""
-    if isinstance(node, dict) and "VarRef" in node:
-        yield node["VarRef"]["name"]["name"]
-    for inner in node.values() if isinstance(node, dict) else node if isinstance(node, list) else ():
-        yield from references(inner)
+def _is_plain(binding: _Tree | None) -> bool:
+    """Whether the value of a parameter is a literal or a name, or not given."""
+    return binding is None or bool({"Literal", "VarRef"} & binding.keys())
 
 
 def is_in(name: str, component: str) -> bool:

@@ -17,8 +17,9 @@ from typing import Any
 from .._errors import ModelicaError
 from .modifiers import ValueTexts, written
 from .outer_marks import outer_components
-from .outer_readers import OuterParameter, array_readers, check_direct, is_in, readers, references
+from .outer_readers import OuterParameter, check_direct, is_in, misread, readers
 from .scan import masked
+from .selections import references
 from .sources import Sources
 
 _Tree = dict[str, Any]
@@ -49,7 +50,7 @@ class OuterValues:
             variables[name] |= self._stated[name]
         differing = list(_differing(content, sources))
         check_direct(content, differing, sources)
-        reading = readers(content, {one.inner for one in differing}, sources) | array_readers(content, sources)
+        reading = readers(content, {one.inner for one in differing}, sources) | misread(content)
         for name in reading:
             self._stated.setdefault(name, {part: variables[name][part] for part in _STATED})
         before, self.text = self.text, self._written(content, differing)

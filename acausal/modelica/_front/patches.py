@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import equations, functions, outer_marks
+from . import comprehensions, equations, functions, outer_marks, part_marks
 
 HIDDEN = {
     "Modelica/Blocks/Continuous.mo": ("findInterval", "normalizationFactor"),
@@ -72,8 +72,8 @@ def changed(text: str, name: Path, hides: equations.Hidden) -> str:
     `hides` says what is hidden, besides bodies of functions.
     """
     file = name.as_posix()
-    text = functions.hidden(text, HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
+    text = functions.hidden(comprehensions.nested(text), HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)
-    return outer_marks.marked(equations.hidden(text, file, hides))
+    return part_marks.marked(outer_marks.marked(equations.hidden(text, file, hides)))

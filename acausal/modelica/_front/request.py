@@ -7,6 +7,7 @@ from pathlib import Path
 
 from ..._errors import suggestion
 from .._errors import ModelicaError
+from .comprehensions import nested
 
 NAME = "<model>.mo"  # of the text in messages and spans; no file can have it
 WRAPPER = "AcausalModel"
@@ -39,7 +40,7 @@ class Request:
 def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Request:
     """Reads the source: a text, a file, or the folder of a package. Raises `ModelicaError` if a file is missing."""
     name, bracket, rest = model.partition("(")
-    name, modifiers = name.strip(), bracket + rest
+    name, modifiers = name.strip(), nested(bracket + rest)
     folders = [_existing(Path(root), "root") for root in roots]
     file = _file(source)
     if file is None:

@@ -22,6 +22,11 @@ def masked(text: str) -> str:
     return _PASSIVE.sub(lambda found: _blank(found[0]), text)
 
 
+def uncommented(text: str) -> str:
+    """The text with equal places, in which comments are blank."""
+    return _PASSIVE.sub(lambda found: found[0] if found[0][0] in "\"'" else _blank(found[0]), text)
+
+
 def _blank(piece: str) -> str:
     if piece[0] == "'":  # a quoted name
         return "q" * len(piece)

@@ -102,3 +102,4 @@ class FlatModelica:
     functions: Mapping[str, FlatFunction]
     enumerations: Mapping[str, int]  # ordinals of the literals
     connectors: tuple[str, ...]  # those of the model itself
+    selecting: tuple[Expression, ...]  # by their values, equations, components and sizes were selected

@@ -101,6 +101,10 @@ def _function(node: Json, place: _Places) -> FlatFunction:
     )
 
 
+def _selecting(node: Json | None) -> tuple[e.Expression, ...]:
+    return () if node is None else (*map(e.Ref, node["names"]), *map(expression, node["expressions"]))
+
+
 def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModelica:
     """The flat model of the front end; `UnknownSyntax` for what this reader does not know."""
     place = _Places(find)
@@ -118,4 +122,5 @@ def flat_model(node: Json, name: str, find: Find | None = None) -> FlatModelica:
         functions={key: _function(item, place) for key, item in node["functions"].items()},
         enumerations=node["enum_literal_ordinals"],
         connectors=tuple(node["top_level_connectors"]),
+        selecting=_selecting(node.get("selecting")),
     )

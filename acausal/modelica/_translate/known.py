@@ -23,7 +23,8 @@ class KnownValues(Mapping[str, Value]):
     """The known values of a flat model by name, evaluated when they are asked for.
 
     Constants are known, and all parameters except real ones. A real parameter is known if it is declared to be
-    evaluated, or if something that is known reads it, such as the table of an external object.
+    evaluated, if the front end selected equations, components or sizes by it, or if something that is known reads it,
+    such as the table of an external object.
     """
 
     def __init__(self, flat: FlatModelica) -> None:
@@ -38,14 +39,16 @@ class KnownValues(Mapping[str, Value]):
                 self._settle(variable.binding)
         for variable in flat.variables.values():
             if variable.variability == "parameter" and variable.type != "Real" and self.has(variable):
-                self._settle_what_decides(variable)
+                self._settle_what_decides(e.Ref(variable.name))
+        for x in flat.selecting:
+            self._settle_what_decides(x)
 
-    def _settle_what_decides(self, variable: FlatVariable) -> None:
-        """Make the real parameters known on which a parameter of another type depends."""
+    def _settle_what_decides(self, x: Any) -> None:
+        """Make the real parameters known on which an expression depends that must be known."""
         try:
-            self.value_of(variable)
+            self.value(x)
         except NotKnown:
-            self._settle(variable.start if variable.binding is None else variable.binding)
+            self._settle(x)
         except ModelError:  # an error occurs again where the value is needed
             return
 

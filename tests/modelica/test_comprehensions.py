@@ -1,0 +1,74 @@
+"""Array constructors with several iterators: the first iterator counts the columns (Modelica 3.6, section 10.4.1.1)."""
+
+import pytest
+from numpy.testing import assert_allclose
+
+from acausal import simulate
+from acausal.modelica import load
+from acausal.modelica._front.comprehensions import nested
+
+ROWS = [[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]
+EXPRESSIONS = ["{i * 10 + j for j in 1:3, i in 1:2}", "{{i * 10 + j for j in 1:3} for i in 1:n}"]
+TEXT = """
+package P
+  model Part parameter Real k = 0; parameter Real d[2] = {0, 0};
+    Real x(start = k, fixed = true), y = k;
+  equation
+    der(x) = 0;
+  end Part;
+  model Row Part p[3]; end Row;
+  function f input Integer n; output Real a[n, 3]; algorithm a := VALUE; end f;
+  model Whole
+    parameter Integer n = 2;
+    DECLARED
+  end Whole;
+end P;
+"""
+PLACES = {
+    "Real x[2, 3] = VALUE;": "x",
+    "Real x[2, 3]; equation x = VALUE;": "x",
+    "Real x[2, 3]; algorithm x := VALUE;": "x",
+    "Real x[2, 3] = f(2);": "x",
+    "Real x[2, 3](start = VALUE, each fixed = true); equation der(x) = zeros(2, 3);": "x",
+    "parameter Real a[2, 3] = VALUE; Real x[2, 3] = time * a;": "x",
+    "constant Real a[2, 3] = VALUE; Real x[2, 3] = time * a;": "x",
+    "Part p[2, 3](k = VALUE);": "p[{}][{}].y",
+    "Part p[2, 3](x(start = VALUE));": "p[{}][{}].x",
+    "Row row[2](p(k = VALUE));": "row[{}].p[{}].y",
+    "Part p[2, 3](k = x) ; parameter Real x[2, 3] = VALUE;": "p[{}][{}].y",
+}
+
+
+@pytest.mark.parametrize("expression", EXPRESSIONS)
+@pytest.mark.parametrize("declared", PLACES)
+def test_the_order_of_iterators(declared: str, expression: str) -> None:
+    text = TEXT.replace("DECLARED", declared).replace("VALUE", expression)
+    solution, name = simulate(load(text, "P.Whole"), 1.0, save="end"), PLACES[declared]
+    if "{}" not in name:
+        assert_allclose(solution[name][-1], ROWS)
+        return
+    assert_allclose([[solution[name.format(i, j)][-1] for j in (1, 2, 3)] for i in (1, 2)], ROWS)
+
+
+def test_a_modifier_of_the_loaded_model() -> None:
+    text = TEXT.replace("DECLARED", "Row row[2];").replace("VALUE", EXPRESSIONS[0])
+    solution = simulate(load(text, f"P.Whole(row(p(k = {EXPRESSIONS[0]})))"), 1.0, save="end")
+    assert [solution[f"row[{i}].p[3].y"][-1] for i in (1, 2)] == [13.0, 23.0]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sum(i * j for i in 1:2, j in 1:3)",
+        "for i in 1:2, j in 1:3 loop x[i, j] = {k for k in 1:2}; end for;",
+        "Part p[2, 3](each d = {k for k in 1:2}, k = {{1, 2, 3}, {4, 5, 6}});",
+    ],
+)
+def test_other_texts_stay(text: str) -> None:
+    assert nested(text) == text
+
+
+def test_the_value_for_each_member_is_no_matrix_of_values() -> None:
+    assert nested("Part p[2, 2](each k = {i for i in 1:2, j in 1:2});").endswith(
+        "k = {{i for i in 1:2} for j in 1:2});"
+    )
