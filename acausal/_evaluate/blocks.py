@@ -21,10 +21,14 @@ from .roots import scaled_root
 
 
 class Known:
-    """The inputs of a program: parameters, values computed before, and time."""
+    """The inputs of a program: parameters, values computed before, and time. `ahead` is the time by which each timed
+    equation is ahead, or empty.
+    """
 
-    def __init__(self, params: Sequence[Array], values: Sequence[Value], time: Numbers) -> None:
-        self.params, self.values, self.time = params, values, time
+    def __init__(
+        self, params: Sequence[Array], values: Sequence[Value], time: Numbers, ahead: Sequence[Numbers] = ()
+    ) -> None:
+        self.params, self.values, self.time, self.ahead = params, values, time, ahead
 
     def read(self, arg: Arg) -> Affine:
         match arg.source:
@@ -33,7 +37,8 @@ class Known:
             case "value":
                 return scale(Affine(self.values[arg.number]), float(arg.sign))
             case "time":
-                return scale(Affine(self.time), float(arg.sign))
+                time = self.time + self.ahead[arg.number] if self.ahead else self.time
+                return scale(Affine(time), float(arg.sign))
             case "one":
                 return Affine(float(arg.sign))
             case _:
@@ -175,7 +180,7 @@ def _nonlinear(program: Program, known: Known, guesses: Sequence[Array]) -> list
     starts = jnp.stack([ravel_pytree(guess)[0] for guess in zip(*guesses, strict=True)])
     block = _nonlinear_block(program, tuple(np.shape(guess[0]) for guess in guesses))
     values = [computed(value) for value in known.values]
-    args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time))
+    args = jax.tree_util.tree_map(jnp.asarray, (list(known.params), values, known.time, list(known.ahead)))
     root = scaled_root(block.residual, starts / block.sizes, args)
     return unravel(root * block.sizes)
 

@@ -12,7 +12,7 @@ from jax import Array
 from .._reduce.flat_model import FlatModel
 from .._reduce.incidence import Pair
 from .groups import Guess
-from .packing import ModelParameters, slot_values
+from .packing import slot_values
 from .plan import Plan
 from .starts import Inputs
 
@@ -87,7 +87,8 @@ class Carried:
         params = inputs.params
         slots = {key: slot_values(self.flat, values, *key) for key in params.slots if self.is_discrete(key)}
         leaves = {i: value for i, value in values.items() if i in params.leaves}
-        return dataclasses.replace(inputs, params=ModelParameters(params.slots | slots, params.leaves | leaves))
+        params = dataclasses.replace(params, slots=params.slots | slots, leaves=params.leaves | leaves)
+        return dataclasses.replace(inputs, params=params)
 
     def is_discrete(self, key: tuple[int, int]) -> bool:
         """Whether a slot of a component kind holds a discrete variable."""

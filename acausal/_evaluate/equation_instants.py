@@ -22,11 +22,13 @@ _UNKNOWN = -9  # a node without a value known in advance
 class _Rows:
     """Equations of one family with equally known inputs.
 
-    `reads` are the parameters that they read, by kind and slot, and `members` those of each row; other known inputs are
-    zero.
+    `name` is their component kind and name, and `total` the number of components of the kind. `reads` are the
+    parameters that they read, by kind and slot, and `members` those of each row; other known inputs are zero.
     """
 
     found: Instants
+    name: tuple[int, str]
+    total: int
     reads: tuple[tuple[int, int] | None, ...]  # None: a variable that vanishes
     members: np.ndarray
     shapes: tuple[tuple[int, ...], ...]
@@ -78,6 +80,23 @@ class EquationInstants:
         ]
         return jnp.concatenate([jnp.zeros(0), *parts])
 
+    def ahead(self, scheduled: Array, nonlinear: Array, time: Numbers) -> dict[tuple[int, str], Array]:
+        """The time by which equations are ahead: by `time` after one of their instants, by 0 before. The instants that
+        have happened are `scheduled`, in the order of `following`, and `nonlinear`.
+        """
+        ahead: dict[tuple[int, str], Array] = {}
+        for rows in self.rows:
+            n = len(rows.members)
+            m = n * rows.found.n_nonlinear
+            own = jnp.any(nonlinear[:m].reshape(n, -1), axis=1)
+            if rows.found.n_scheduled:
+                own |= scheduled[:n]
+                scheduled = scheduled[n:]
+            nonlinear = nonlinear[m:]
+            others = ahead.get(rows.name, jnp.zeros(rows.total))
+            ahead[rows.name] = others.at[rows.members].set(jnp.where(own, time, 0.0))
+        return ahead
+
     @property
     def keys(self) -> set[tuple[int, int]]:
         """The parameters that the instants depend on, by kind and slot."""
@@ -104,10 +123,11 @@ def _rows_of(family: Family, kinds: dict[int, int]) -> Iterator[_Rows]:
         if found is None:
             continue
         known = [i for i, word in enumerate(pattern) if _knowledge(word) == "known"]
-        kind = kinds[id(family.instances)]
+        kind, total = kinds[id(family.instances)], family.instances.total
         reads = tuple((kind, inputs[i].slot) if pattern[i] == "known" else None for i in known)
         members = family.members[np.all(patterns == pattern, axis=1)]
-        yield _Rows(found, reads, members, tuple(shapes[i] for i in known))
+        name = (kind, family.template.name)
+        yield _Rows(found, name, total, reads, members, tuple(shapes[i] for i in known))
 
 
 def _word(item: Input, node: int) -> str:

@@ -31,18 +31,28 @@ class Read(NamedTuple):
 
 @dataclasses.dataclass
 class Group:
-    """Blocks with one program. `reads` and `members` have an entry for each value and parameter of the program."""
+    """Blocks with one program. `reads`, `members` and `timed` have an entry for each value, parameter and timed
+    equation of the program.
+    """
 
     program: Program
     uses: list[Use]
     reads: list[Read]
     members: list[np.ndarray]
+    timed: list[np.ndarray]
     first_segment: int
     depends: frozenset[int]  # segments that it reads
 
     @property
     def is_mapped(self) -> bool:
         return len(self.uses) > UNROLLED
+
+    def ahead(self, params: ModelParameters) -> list[Array]:
+        """The time by which each timed equation is ahead, over the members; empty if none can be."""
+        if params.ahead.keys().isdisjoint(self.program.timed):
+            return []
+        own = zip(self.program.timed, self.timed, strict=True)
+        return [params.ahead[key][members] if key in params.ahead else jnp.zeros(len(members)) for key, members in own]
 
 
 class Segments:
@@ -106,7 +116,8 @@ def _run_single(group: Group, store: Segments, params: ModelParameters, starts: 
 def _known(group: Group, store: Segments, params: ModelParameters) -> Known:
     """The inputs of the program of a group with one member."""
     own = [params.slots[key].of(int(m[0])) for key, m in zip(group.program.params, group.members, strict=True)]
-    return Known(own, [store.single(read) for read in group.reads], store.time)
+    ahead = [each[0] for each in group.ahead(params)]
+    return Known(own, [store.single(read) for read in group.reads], store.time, ahead)
 
 
 def _run_mapped(group: Group, store: Segments, params: ModelParameters, starts: list[Array]) -> Sequence[Value]:
@@ -134,7 +145,7 @@ def over_members(
     own = [params.slots[key].picked(m) for key, m in zip(group.program.params, group.members, strict=True)]
     values = [store.gather(read) for read in group.reads]
 
-    def one(params: list[Array], values: list[Array], extra: list[Array]) -> T:
-        return function(Known(params, values, store.time), extra)
+    def one(params: list[Array], values: list[Array], ahead: list[Array], extra: list[Array]) -> T:
+        return function(Known(params, values, store.time, ahead), extra)
 
-    return jax.vmap(one, axis_size=len(group.uses))(own, values, extra)
+    return jax.vmap(one, axis_size=len(group.uses))(own, values, group.ahead(params), extra)

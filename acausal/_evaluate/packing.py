@@ -49,10 +49,14 @@ class SlotValues:
 class ModelParameters:
     """Parameters and discrete variables of a model: `slots` by component kind and slot, for the equations, and `leaves`
     by number, for functions of the whole model.
+
+    `ahead` is the time by which equations are ahead, by component kind and name, an element for each member. It is
+    empty except between the events of one instant.
     """
 
     slots: dict[tuple[int, int], SlotValues] = dataclasses.field(default_factory=dict)
     leaves: dict[int, Numbers] = dataclasses.field(default_factory=dict)
+    ahead: dict[tuple[int, str], Array] = dataclasses.field(default_factory=dict)
 
     def changed(self, values: Mapping[int, Numbers]) -> "ModelParameters":
         """A copy with other values of some leaves; the slots must be filled again."""

@@ -92,8 +92,9 @@ class Plan:
         else:
             reads = [self.read([pair for use in uses for pair in use.values], len(program.weights))]
         members = [np.array([use.members[i] for use in uses]) for i in range(len(program.params))]
+        timed = [np.array([use.timed[i] for use in uses]) for i in range(len(program.timed))]
         depends = frozenset(segment for read in reads for segment in read.segments)
-        return Group(program, uses, reads, members, len(self._sizes), depends)
+        return Group(program, uses, reads, members, timed, len(self._sizes), depends)
 
     def _add_group(self, uses: list[Use]) -> None:
         self.groups.append(self._group(uses))

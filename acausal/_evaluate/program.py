@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from .._reduce.aliases import ZERO
+from .._reduce.aliases import TIME, ZERO
 from .._reduce.chain import Steps
 from .._reduce.incidence import Pair
 from .._reduce.ranges import Ranges, ranges_of_pair
@@ -45,6 +45,7 @@ class Program:
     ranges: tuple[Ranges, ...]  # of the unknowns
     method: SolutionMethod
     params: tuple[tuple[int, int], ...]  # (component kind, slot) of each parameter it reads
+    timed: tuple[tuple[int, str], ...]  # (component kind, name) of each equation that reads the time
 
     @property
     def n_tears(self) -> int:
@@ -81,13 +82,14 @@ class Program:
 
 
 class Use(NamedTuple):
-    """One block computed by a program: the pairs that it reads, (kind, slot, member) of its parameters, its output
-    pairs.
+    """One block computed by a program: the pairs that it reads, the members of its parameters and of its
+    timed equations, its output pairs.
     """
 
     program: Program
     values: tuple[Pair, ...]
     members: tuple[int, ...]
+    timed: tuple[int, ...]
     gives: tuple[Pair, ...]
 
 
@@ -116,6 +118,7 @@ class _Writer:
         self.unknown = {pair: i for i, pair in enumerate(self.gives)}
         self.values: dict[Pair, int] = {}
         self.params: dict[tuple[int, int, int], int] = {}
+        self.timed: dict[tuple[int, str, int], int] = {}
 
     def write(self) -> Use:
         steps = tuple(self._step(row, i) for i, (row, _) in enumerate(self.torn.steps))
@@ -126,22 +129,25 @@ class _Writer:
         searched = self.gives[len(steps) :] if self.torn.method == "nonlinear" else ()
         sizes = tuple(nominal_of(self.table, pair) for pair in searched)
         ranges = tuple(ranges_of_pair(self.table, pair) for pair in self.gives)
-        program = Program(steps, residuals, shapes, sizes, ranges, self.torn.method, slots)
-        return Use(program, tuple(self.values), tuple(member for _, _, member in self.params), self.gives)
+        timed = tuple((kind, name) for kind, name, _ in self.timed)
+        program = Program(steps, residuals, shapes, sizes, ranges, self.torn.method, slots, timed)
+        members, own = (tuple(member for _, _, member in keys) for keys in (self.params, self.timed))
+        return Use(program, tuple(self.values), members, own, self.gives)
 
     def _step(self, row: int, solved: int | None) -> Step:
         family, inside = self.table.place(row)
+        kind, member = self.kind_index.get(id(family.instances), -1), int(family.members[inside])
         args = []
         for position, item in enumerate(family.template.inputs):
+            is_used = position in family.template.form.inputs
+            node, sign = int(family.nodes[inside, position]) if is_used else ZERO, int(family.signs[inside, position])
             if item.source in ("param", "discrete"):
-                key = (self.kind_index[id(family.instances)], item.slot, int(family.members[inside]))
-                args.append(Arg("param", self.params.setdefault(key, len(self.params))))
-            elif item.source == "time":
-                args.append(Arg("time"))
+                args.append(Arg("param", self.params.setdefault((kind, item.slot, member), len(self.params))))
+            elif item.source == "time" or (node == TIME and item.order == 0):
+                timed = (kind, family.template.name, member)
+                args.append(Arg("time", self.timed.setdefault(timed, len(self.timed)), sign))
             else:
-                is_used = position in family.template.form.inputs
-                node = int(family.nodes[inside, position]) if is_used else ZERO
-                args.append(self._variable(node, item.order, int(family.signs[inside, position])))
+                args.append(self._variable(node, item.order, sign))
         # Inverse operations solve for an unknown of a step that enters nonlinearly.
         nonlinear = family.template.form.nonlinear if solved is not None else ()
         own = [i for i in nonlinear if args[i].source == "unknown" and args[i].number == solved]
@@ -149,7 +155,7 @@ class _Writer:
 
     def _variable(self, node: int, order: int, sign: int) -> Arg:
         if node < 0:
-            return Arg("zero") if node == ZERO or order > 1 else Arg("one" if order else "time", 0, sign)
+            return Arg("zero") if node == ZERO or order > 1 else Arg("one", 0, sign)
         pair = (self.table.number_of_node[node], order)
         if pair in self.unknown:
             return Arg("unknown", self.unknown[pair], sign)

@@ -20,6 +20,16 @@ equation
 end Sawtooth;
 """
 
+STEPPED = """
+model Stepped
+  parameter Real period = 0.5;
+  parameter Real start = 1.5;
+  Real x(start = 0, fixed = true);
+equation
+  der(x) = mod(time, period) + (if time < start then 3 else 0);
+end Stepped;
+"""
+
 FUNCTIONS = """
 package P
   function inside "Functions cause no events"
@@ -68,6 +78,18 @@ def test_a_run_stops_at_the_jumps_of_a_sawtooth() -> None:
     value, slope = jax.jvp(end, (0.3,), (1.0,))
     assert float(value) == pytest.approx(0.29, abs=1e-12)
     assert float(slope) == pytest.approx(0.6, abs=1e-10)
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
+def test_a_jump_that_coincides_with_a_step(mode: Any) -> None:
+    """The integral until 1.9 is 3 p^2 / 2 + (1.9 - 3 p)^2 / 2 + 3 start."""
+    stepped: Any = load(STEPPED, "Stepped")
+
+    def end(numbers: Any) -> Any:
+        return simulate(replace(stepped, {"period": numbers[0], "start": numbers[1]}), 1.9, save="end").x[-1]
+
+    assert mode(end)(np.array([0.5, 1.5])) == pytest.approx(np.array([0.3, 3.0]), abs=1e-10)
 
 
 def test_values_jump_at_their_instants() -> None:

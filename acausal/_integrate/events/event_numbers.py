@@ -14,7 +14,7 @@ from ..._indices import unsigned
 from ..._reduce.degrees import degrees_of
 from ..._reduce.jaxpr import slice_output
 from ..._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
-from ..setup.settings import Settings
+from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import StateVector
 
 
@@ -159,6 +159,15 @@ class EventNumbers:
     def is_logged(self) -> np.ndarray:
         """Events that are rows of the event log: all listed ones except those that are periodic."""
         return self._of_entries(lambda entry: entry.is_logged)
+
+    @ft.cached_property
+    def room(self) -> int:
+        """Number of moments that a run can record at one instant. All times known in advance may coincide."""
+        reads_time = [
+            any(self.of_time_alone[i] for i in found["holds"] | found["fails"])
+            for found in map(literals_of, self.logic)
+        ]
+        return AT_ONCE + int(np.sum(reads_time) + np.sum(self._of_kinds("at")))
 
     @property
     def resets_times(self) -> bool:

@@ -77,6 +77,7 @@ def settle(
         ticks=ticks,
         truths=truths,
         holds=holds,
+        by_time=none,
         happened=none,
         first=jnp.asarray(-1),
         stored=jnp.asarray(0.0),

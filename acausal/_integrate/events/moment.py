@@ -30,8 +30,8 @@ class Approach(NamedTuple):
 class Laws(Protocol):
     """The rates of the stepped vector, and the event indicators of the events."""
 
-    def rates(self, t: Numbers, y: Array, args: PyTree) -> Numbers:
-        """The time derivative of the vector."""
+    def rates(self, t: Numbers, y: Array, args: PyTree, happened: Array, ahead: Numbers) -> Numbers:
+        """The time derivative of the vector. Equations with an instant that has `happened` are `ahead` of t."""
         ...
 
     def indicator(self, number: Array, t: Numbers, y: Array, due: Array, args: PyTree) -> Array:
@@ -41,7 +41,7 @@ class Laws(Protocol):
 
 @ft.partial(jax.custom_jvp, nondiff_argnums=(0,))
 def carried_to_moment(
-    laws: Laws, number: Array, t: Numbers, approach: Approach, ys: Array, due: Array, args: PyTree
+    laws: Laws, number: Array, t: Numbers, approach: Approach, ys: Array, due: Array, happened: Array, args: PyTree
 ) -> tuple[Numbers, Numbers]:
     r"""The moment t of event `number` and the vectors `ys` there, with their derivatives.
 
@@ -54,24 +54,24 @@ def carried_to_moment(
 
     where dg and dy are changes at a fixed time. An event indicator that does not change with time does not determine
     the moment. Neither does one that decays to zero and changes its sign by the error of a step: the path of the step
-    crosses zero although the rates by the equations have vanished. The rates f are taken at the time `before`, because
-    the equations may change at the moment.
+    crosses zero although the rates by the equations have vanished. The equations may change at the moment, so the rates
+    f are those at the time `before`, with the changes by the events of the instant that have `happened`, [ys, events].
     """
-    del laws, number, approach, due, args
+    del laws, number, approach, due, happened, args
     return t, ys
 
 
 @ft.partial(carried_to_moment.defjvp, symbolic_zeros=True)
 def _derivative(laws: Laws, primals: Sequence[PyTree], tangents: Sequence[PyTree]) -> tuple[PyTree, PyTree]:
-    number, t, approach, ys, due, args = primals
-    _, dt, _, dys, ddue, dargs = tangents
-    moment, there = carried_to_moment(laws, number, t, approach, ys, due, args)
+    number, t, approach, ys, due, happened, args = primals
+    _, dt, _, dys, ddue, _, dargs = tangents
+    moment, there = carried_to_moment(laws, number, t, approach, ys, due, happened, args)
     dt, dys = array_of(dt), array_of(dys)
+    early = jax.lax.stop_gradient(approach.before - t)
 
     def rates(t: Numbers, ys: Array, args: PyTree) -> Numbers:
-        return jax.vmap(lambda y: laws.rates(t, y, args))(ys)
+        return jax.vmap(lambda y, happened: laws.rates(t, y, args, happened, -early))(ys, happened)
 
-    early = jax.lax.stop_gradient(approach.before - t)
     f, df = pushed(rates, (early + moment, there, args), (dt, dys, dargs))
     # From t to the moment the tangents change by (moment - t) df. The difference is zero, but not its derivative.
     dys = dys + (moment - t) * df

@@ -61,6 +61,7 @@ class Round(NamedTuple):
     ticks: Array  # events that wait for all others: `started`, those rescheduled to this instant, and its clocks
     truths: Array
     holds: Array
+    by_time: Array  # events that time alone triggers in a round with a due one; each of them has its own moment
     happened: Array
     first: Array  # the first event that happened, -1 if none
     stored: Array  # stored energy before the events
@@ -98,21 +99,26 @@ class Iteration(NamedTuple):
         own = self.own(r)
         t, ys = r.t, r.ys
         if not self.is_start:
-            moment, there = carried_to_moment(events, own.number, t, self.approach, ys, self.due, args)
+            # Due events read the vector after the last round without one, if any, otherwise that before the instant.
+            happened = jnp.stack([r.happened & (r.count > r.n_own), r.happened])
+            moment, there = carried_to_moment(events, own.number, t, self.approach, ys, self.due, happened, args)
             t, ys = jnp.where(own.is_any, moment, t), jnp.where(own.is_any, there, ys)
         here = events.here(t, jnp.where(own.is_any, ys[0], ys[1]), args, is_start=self.is_start)
         is_first = ~own.is_any & (r.count == r.n_own)
         changed_here = (r.truths != self.truths) & (not self.is_start)
         renewed = events.renewed(t, r.truths, changed_here, here.indicators, args)
-        truths = jnp.where(own.is_any, r.truths, renewed)
+        # Before the events of an instant, only time has passed.
+        truths = jnp.where(own.is_any & ~events.of_time_alone, r.truths, renewed)
         if self.is_start:
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)
         held, listed, remains = self.before(r, true, is_first)
-        triggered = with_follows(events, edges(true, held, events.either), ys[1], here.values)
+        changes = edges(true, held, events.either)
+        triggered = with_follows(events, changes, ys[1], here.values)
         triggered &= ~events.nonlinear & ~events.waits
         chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(events, triggered))
-        fired = jnp.where(own.is_any, own.mask, chosen)
+        begins = chosen & r.by_time & ~own.is_any
+        fired = jnp.where(own.is_any, own.mask, chosen & ~begins)
         if self.is_start and events.settings.stop and events.settings.direction is not False:
             # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.
             fired |= events.stops & (here.indicators[-1] == 0) & is_first
@@ -120,9 +126,10 @@ class Iteration(NamedTuple):
         acts = fired & events.acts
         any_acts = jnp.any(acts)
         y = jnp.where(any_acts, new, ys[1])
-        holds = jnp.where(own.is_any, held, true & (held | fired))
-        holds = jnp.where(events.either & ~own.is_any, jnp.where(fired | events.nonlinear, true, held), holds)
-        due, ticks, base, order = self.following(r, own, t, ys, y, jnp.any(fired))
+        follows = fired | begins
+        holds = jnp.where(own.is_any, held, true & (held | follows))
+        holds = jnp.where(events.either & ~own.is_any, jnp.where(follows | events.nonlinear, true, held), holds)
+        due, ticks, base, order = self.following(r._replace(due=r.due | begins), own, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         happened = ((fired | listed) & ~events.follows)[: events.n_model]
         is_first_listed = jnp.any(happened & events.is_listed[: events.n_model]) & jnp.all(jnp.isinf(r.before[:1]))
@@ -135,8 +142,9 @@ class Iteration(NamedTuple):
             ys=jnp.stack([base, y]),
             due=due,
             ticks=ticks,
-            truths=truths,
+            truths=jnp.where(own.is_any, r.truths, truths),
             holds=holds,
+            by_time=changes & own.is_any & (not self.is_start),
             happened=r.happened | fired,
             first=jnp.where((r.first < 0) & any_acts, jnp.argmax(acts), r.first),
             stored=stored,

@@ -46,9 +46,15 @@ class RunEvents(EventNumbers):
 
     # The protocol `Laws` of `carried_to_moment`
 
-    def rates(self, t: Numbers, y: Array, args: RunArgs) -> Numbers:
-        """The time derivative of the stepped vector; zero for its part held in steps and for algebraic unknowns."""
+    def rates(self, t: Numbers, y: Array, args: RunArgs, happened: Array, ahead: Numbers) -> Numbers:
+        """The time derivative of the stepped vector; zero for its part held in steps and for algebraic unknowns.
+        Equations with an instant that has `happened` are `ahead` of t.
+        """
         layout, system = self.layout, self.system
+        if (instants := system.instants).rows:
+            scheduled, nonlinear = happened[self.n_model :][: instants.total], happened[np.flatnonzero(self.nonlinear)]
+            params = dataclasses.replace(args.inputs.params, ahead=instants.ahead(scheduled, nonlinear, ahead))
+            args = dataclasses.replace(args, inputs=dataclasses.replace(args.inputs, params=params))
         n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
         core = jnp.concatenate([y[:n], y[layout.integrals]])

@@ -14,7 +14,6 @@ from ..events.crossing import Found, first_crossing
 from ..events.event_history import EventHistory
 from ..events.iteration import ACCUMULATED, STOPPED, settle
 from ..events.moment import Approach
-from ..setup.settings import AT_ONCE
 from ..setup.state_vector import Vector
 from ..step.correction import Correction, corrected, share
 from ..step.rejected import rejectable
@@ -227,7 +226,7 @@ class StepLoop(Steps):
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
-        log = EventHistory.empty(AT_ONCE, events.n_model)
+        log = EventHistory.empty(events.room, events.n_model)
 
         def settled() -> dict[str, Any]:
             # Events that are not scheduled have infinite times, which reverse mode must not see.

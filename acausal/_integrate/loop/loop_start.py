@@ -19,7 +19,7 @@ from ..events.moment import Approach
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs
 from ..setup.result import Result, sentence
-from ..setup.settings import AT_ONCE, RunNumbers, Settings
+from ..setup.settings import RunNumbers, Settings
 from ..setup.state_vector import Vector
 from ..solvers import Rodas5P
 from .histories import Histories
@@ -61,7 +61,7 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
     band, back = events.bands(args)
     args = dataclasses.replace(args, band=band, back=back)
     past = events.past(t0, y, args)
-    history = EventHistory.empty(AT_ONCE, events.n_model)
+    history = EventHistory.empty(events.room, events.n_model)
     none = jnp.zeros(events.total, bool)
     begins = none if settings.is_initialised else jnp.isfinite(past)
     if settings.is_resumed:
@@ -77,7 +77,7 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
         y = Histories(events, args).at_start(args.forward * t0, y)
     due = events.due(t0, y, args, events.past(t0, y, args))
     y = _with_peaks(settings, args, y)
-    history = EventHistory.empty(settings.max_events + AT_ONCE, events.n_model)
+    history = EventHistory.empty(settings.max_events + events.room, events.n_model)
     loop = ft.partial(while_loop, kind="bounded" if events.is_reversible else "lax")
     history = history.followed_by(settled.history, loop)
     # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.

@@ -22,7 +22,7 @@ from ..events.iteration import FULL
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs, vector_field
 from ..setup.pattern import jacobian_pattern
-from ..setup.settings import AT_ONCE, Settings
+from ..setup.settings import Settings
 from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
 from ..step.adjoint import LoopKind
@@ -130,7 +130,7 @@ class Steps:
     def no_history(self) -> EventHistory | None:
         """An empty history with room for `max_events` moments, and for those of one more instant."""
         events = self.events
-        return None if events is None else EventHistory.empty(self.settings.max_events + AT_ONCE, events.n_model)
+        return None if events is None else EventHistory.empty(self.settings.max_events + events.room, events.n_model)
 
     @property
     def _inner_loop(self) -> Callable[..., PyTree]:

@@ -1,4 +1,4 @@
-"""The length of the event log costs nothing in a step."""
+"""The length of the event log costs nothing in a step, and it has room for all events of one instant."""
 
 import math
 from collections.abc import Iterator
@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, ifelse, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, ifelse, simulate, when
 
 IN_PLACE = ("dynamic_update_slice", "scatter", "maybe_set", "copy")
 
@@ -86,3 +86,30 @@ def test_changes_of_equations_take_no_room_from_events() -> None:
 
     for found in (times(0.0), jax.jit(times)(0.0)):
         np.testing.assert_allclose(found, [1.2, 2.2, 3.2], rtol=1e-12)
+
+
+class Crowded(Component):
+    """Twenty events at one time known in advance, and twenty of conditions on time."""
+
+    start: Param[Scalar, "s"]
+    t: Time[Scalar, "s"] = 0.0
+    n: Discrete[Scalar, "1"] = 0.0
+    x: Var[Scalar, "1"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(x=eq(d.x, self.n, check_units=False))
+
+    def events(self) -> Events:
+        planned = {f"planned_{i}": at(self.start, n=i) for i in range(20)}
+        return planned | {f"reached_{i}": when(self.t >= self.start, n=20.0 + i) for i in range(20)}
+
+
+@pytest.mark.thorough
+def test_all_events_that_time_triggers_at_one_instant_are_recorded() -> None:
+    def times(start: Any) -> Any:
+        return simulate(Crowded(start=start), 2.0, max_events=64).events.times
+
+    assert len(times(1.0)) == 40
+    found, slopes = jax.jit(lambda start: jax.jvp(times, (start,), (1.0,)))(1.0)
+    np.testing.assert_allclose(found[:40], 1.0, rtol=1e-12)
+    np.testing.assert_allclose(slopes[:40], 1.0, rtol=1e-12)
