@@ -100,8 +100,9 @@ class Crowded(Component):
         return dict(x=eq(d.x, self.n, check_units=False))
 
     def events(self) -> Events:
-        planned = {f"planned_{i}": at(self.start, n=i) for i in range(20)}
-        return planned | {f"reached_{i}": when(self.t >= self.start, n=20.0 + i) for i in range(20)}
+        planned: Events = {f"planned_{i}": at(self.start, n=i) for i in range(20)}
+        reached: Events = {f"reached_{i}": when(self.t >= self.start, n=20.0 + i) for i in range(20)}
+        return planned | reached
 
 
 @pytest.mark.thorough
