@@ -13,8 +13,8 @@ DEGREE = 4  # of the polynomials, as of the dense output of a step
 NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)
 BETWEEN = 0.4
 _COEFFICIENTS = np.linalg.inv(np.vander(NODES, increasing=True))
-# Columns of a history: start time, order of the break there, width of the step, first of the coefficients
-START, ORDER, WIDTH, FIRST = 0, 1, 2, 3
+# Columns of a history: start time, its rounding error, order of the break there, width of the step, first coefficient
+START, REST, ORDER, WIDTH, FIRST = 0, 1, 2, 3, 4
 ROW = FIRST + DEGREE + 1  # numbers in the row of a step
 
 
@@ -52,9 +52,18 @@ def recall(history: Array, time: Scalar, before: Scalar) -> Scalar:
     return jnp.where(is_known, polynomial(jnp.where(is_known, row, 1.0), time), before)
 
 
-def breaks(history: Array) -> Array:
-    """The times of jumps and kinks of the signal, infinite in other rows."""
-    return jnp.where(history[..., ORDER] >= 0.0, history[..., START], jnp.inf)
+def returns(history: Array, delay: Numbers) -> tuple[Array, Array]:
+    """The times at which jumps and kinks of the signal return, infinite in other rows, and their rounding errors.
+
+    With its error, the sum of a time and many delays is as exact as the delays, so that breaks on different ways to one
+    time coincide (T. J. Dekker, `A floating-point technique for extending the available precision`, 1971).
+    """
+    start, more = history[..., START], delay + history[..., REST]
+    time = start + more
+    added = time - start
+    rest = (start - (time - added)) + (more - added)
+    is_break = history[..., ORDER] >= 0.0
+    return jnp.where(is_break, time, jnp.inf), jnp.where(is_break, rest, 0.0)
 
 
 def coefficients(values: Array) -> Array:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.component import At, Event, Refuse, When
-from .._declare.history import Remember, breaks
+from .._declare.history import Remember, returns
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._reduce.aliases import TIME, Merged
@@ -136,7 +136,7 @@ def _times(event: Event, entry: EventEntry, leaves: Sequence[jax.Array]) -> tupl
             return jnp.asarray(event.time, float), jnp.asarray(jnp.inf if event.every is None else event.every, float)
         case Remember():
             assert entry.history is not None
-            return breaks(leaves[entry.history]) + jnp.asarray(event.delay)[..., None], jnp.asarray(jnp.inf)
+            return returns(leaves[entry.history], jnp.asarray(event.delay)[..., None])[0], jnp.asarray(jnp.inf)
     return ()
 
 

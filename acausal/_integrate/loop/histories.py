@@ -7,7 +7,18 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..._declare.history import BETWEEN, NODES, ORDER, ROW, START, WIDTH, coefficients, horner, polynomial
+from ..._declare.history import (
+    BETWEEN,
+    NODES,
+    ORDER,
+    ROW,
+    START,
+    WIDTH,
+    coefficients,
+    horner,
+    polynomial,
+    returns,
+)
 from ..._numbers import Numbers
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs, values_of, wanted_pairs
@@ -69,8 +80,10 @@ class Histories:
 
     def begun(self, t: Array, y: Vector, order: Array) -> Vector:
         """The vector with rows for the next step, which starts at t with breaks of these orders, infinite for none."""
+        rest = self._rest(t, y)
         for place, own in zip(self.places, order, strict=True):
-            first = jnp.stack([t, jnp.where(jnp.isfinite(own), own, -jnp.inf), *[jnp.asarray(-jnp.inf)] * (ROW - 2)])
+            order_here = jnp.where(jnp.isfinite(own), own, -jnp.inf)
+            first = jnp.stack([t, rest, order_here, *[jnp.asarray(-jnp.inf)] * (ROW - WIDTH)])
             y = y.at[place].set(jnp.concatenate([y[place[1:]], first[None]]))
         return y
 
@@ -95,6 +108,15 @@ class Histories:
         """The histories that do not reach back by their delays."""
         oldest = jnp.stack([y[place[0, START]] for place in self.places])
         return oldest > t - self._delays(y) + 4.0 * self.args.tick(t)
+
+    def _rest(self, t: Array, y: Vector) -> Array:
+        """The rounding error of the time t of a break that returns; zero for other times."""
+        rest = jnp.asarray(0.0)
+        for place, delay in zip(self.places, self._delays(y), strict=True):
+            times, errors = returns(y[place], delay)
+            is_here = times == t
+            rest = jnp.where(jnp.any(is_here), errors[jnp.argmax(is_here)], rest)
+        return jax.lax.stop_gradient(rest)
 
     def _returned(self, t: Array, y: Vector) -> Array:
         """The lowest order of the breaks that return at t."""
