@@ -49,9 +49,10 @@ class FixedDelay(SISO):
     error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is short
     compared with the time span of the run is slow. A run fails if it takes more than n steps in T. If a returning jump
     coincides with another event, such as that of a pulse of period T, derivatives with respect to T, the period and
-    other times of jumps are not reliable. `resume=True` continues a run with its history. A model with this block cannot be linearised, exported
-    as C code or run backwards; one with a `PadeDelay` can. Differential equations with a delay are integrated by the
-    method of steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003, ch. 3).
+    other times of jumps are not reliable. `resume=True` continues a run with its history. A model with this block
+    cannot be linearised, exported as C code or run backwards; one with a `PadeDelay` can. Differential equations with a
+    delay are integrated by the method of steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`,
+    2003, ch. 3).
     """
 
     T: Param[Scalar, "s", positive]  # delay
