@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from .marks import without_brackets
 from .part_marks import SIZES, TYPE_AND_NAME
-from .scan import masked
+from .scan import closed, edited, masked
 
 _TOKEN = re.compile(r"[(\[{]|[)\]}]|(?<![\w.])for\b|,")
 _MATRIX = re.compile(rf"{TYPE_AND_NAME}\s*{SIZES}\s*(?=\()")
@@ -35,7 +35,7 @@ def nested(text: str) -> str:
     for one in _constructors(masked(text)).values():
         edits |= {(comma, comma + 1): "} for" for comma in one.commas}
         edits[one.begin, one.begin] = "{" * len(one.commas)
-    return _with_several(_edited(text, edits))
+    return _with_several(edited(text, edits))
 
 
 def _with_several(text: str) -> str:
@@ -45,14 +45,14 @@ def _with_several(text: str) -> str:
     edits: dict[tuple[int, int], str] = {}
     for found in _MATRIX.finditer(plain):
         axes = 1 + without_brackets(found["sizes"]).count(",")
-        begin, end = found.end() + 1, _closed(plain, found.end())
+        begin, end = found.end() + 1, closed(plain, found.end())
         outermost = without_brackets(plain[begin:end])
         for value in _VALUE.finditer(plain, begin, end) if axes > 1 else ():
             is_attribute = outermost[value.start() - begin] != " " and value[1] in _ATTRIBUTES
             modifier = plain[begin + outermost.rfind(",", 0, value.start() - begin) + 1 : value.start()]
             if not is_attribute and not re.search(r"\beach\b", modifier):
                 edits |= _merged(text, plain, constructors, value.end(), axes)
-    return _edited(text, edits)
+    return edited(text, edits)
 
 
 def _merged(
@@ -72,16 +72,6 @@ def _merged(
     return {(levels[0].begin - 1, levels[0].end): f"{{{text[inner.begin : inner.word]} for {iterators}}}"}
 
 
-def _closed(plain: str, at: int) -> int:
-    """The place after the bracket that closes the one at a place."""
-    depth = 0
-    for token in re.compile(r"[(\[{]|[)\]}]").finditer(plain, at):
-        depth += 1 if token[0] in "([{" else -1
-        if depth == 0:
-            return token.end()
-    return len(plain)
-
-
 def _constructors(plain: str) -> dict[int, _Constructor]:
     """The array constructors with iterators of a masked text, by the places of their opening brackets."""
     found: dict[int, _Constructor] = {}
@@ -98,11 +88,3 @@ def _constructors(plain: str) -> dict[int, _Constructor]:
         elif around and around[-1][1]:
             around[-1][2].append(token.start())
     return found
-
-
-def _edited(text: str, edits: dict[tuple[int, int], str]) -> str:
-    pieces, at = [], 0
-    for (begin, end), new in sorted(edits.items()):
-        pieces += [text[at:begin], new]
-        at = end
-    return "".join([*pieces, text[at:]])

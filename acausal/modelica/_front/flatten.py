@@ -7,8 +7,20 @@ from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import comprehensions, equations, functions, loops, marks, outer_marks, outer_values, part_marks, stored
+from . import (
+    comprehensions,
+    equations,
+    functions,
+    loops,
+    marks,
+    outer_marks,
+    outer_values,
+    part_marks,
+    redeclared,
+    stored,
+)
 from .failures import failure, syntax_error
+from .local_names import check_local_names
 from .part_checks import check_parts
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
@@ -47,13 +59,14 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     refuse_partial(request)
     hides, content = _accepted(request)
     check_modifiers(request, content["variables"])
-    check_texts(_sources(request, hides, content))
+    check_texts(_sources(request, hides, content), request.modifiers)
     values = outer_values.OuterValues()
     content = equations.restored(functions.restored(content))
     while values.differ(content, _sources(request, hides, content)):
         hides, content = _accepted(dataclasses.replace(request, values=values.text))
         content = equations.restored(functions.restored(content))
     check_parts(content, _sources(request, hides, content))
+    check_local_names(content, _sources(request, hides, content))
     return hides, marks.unmarked(content | {"selecting": selecting(content)})
 
 
@@ -75,7 +88,7 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
 
 
 def _text(request: Request, hides: equations.Hidden) -> str:
-    text = comprehensions.nested(request.text)
+    text = redeclared.written_out(comprehensions.nested(request.text))
     text = functions.hidden(text, functions.ALL, "own") if hides else text
     return part_marks.marked(outer_marks.marked(equations.hidden(text, NAME, hides)))
 

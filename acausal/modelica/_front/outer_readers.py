@@ -74,7 +74,7 @@ def misread(content: _Tree) -> set[str]:
 
     These are fields of records, and those that read arrays, as in `part(data = Data(n = 3))` and `part(n = ns[2])`. The
     front end takes the values that their classes declare. For sizes of components, it finds only values of literals and
-    names, except outer ones. A parameter that its class declares as final has no modifier, and is left out.
+    names, except outer ones. Final parameters have no modifier, except some that are final by a modifier themselves.
     """
     variables = content["variables"]
     sizes = set(references([variable["binding"] for *_, variable in marks(content, "size")]))
@@ -85,10 +85,10 @@ def misread(content: _Tree) -> set[str]:
         binding, is_modified = variable["binding"], variable["binding_from_modification"]
         is_field = is_modified and name.rpartition(".")[0] in content["record_instances"]
         reads_outer = any(is_in(read, one) for read in references(binding) for one in inner)
-        is_size = name in sizes and (reads_outer or not _is_plain(binding))
+        is_final = content["variable_final_flags"].get(name, False)
+        is_size = name in sizes and (reads_outer or not _is_plain(binding)) and not is_final
         reads_array = not variable["dims"] and _reads_array(binding, variables)
-        is_final = content["variable_final_flags"].get(name) and not is_modified
-        if (is_field or is_size or reads_array) and not is_final:
+        if is_field or is_size or (reads_array and (is_modified or not is_final)):
             found.add(name)
     return _with_all_elements(found, variables)
 

@@ -9,7 +9,7 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import comprehensions, equations, functions, outer_marks, part_marks
+from . import comprehensions, equations, functions, outer_marks, part_marks, redeclared
 
 HIDDEN = {
     "Modelica/Blocks/Continuous.mo": ("findInterval", "normalizationFactor"),
@@ -72,7 +72,9 @@ def changed(text: str, name: Path, hides: equations.Hidden) -> str:
     `hides` says what is hidden, besides bodies of functions.
     """
     file = name.as_posix()
-    text = functions.hidden(comprehensions.nested(text), HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
+    text = functions.hidden(
+        redeclared.written_out(comprehensions.nested(text)), HIDDEN.get(file, ()), re.sub(r"\W", "_", file)
+    )
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)

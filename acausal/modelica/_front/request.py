@@ -8,6 +8,7 @@ from pathlib import Path
 from ..._errors import suggestion
 from .._errors import ModelicaError
 from .comprehensions import nested
+from .redeclared import written_out
 
 NAME = "<model>.mo"  # of the text in messages and spans; no file can have it
 WRAPPER = "AcausalModel"
@@ -54,7 +55,7 @@ def requested(source: str | Path, model: str, roots: Sequence[str | Path]) -> Re
 
 
 def _partial_model(name: str, base: str) -> str:
-    return f"partial model {name}\n extends {base};\nend {name};\n"
+    return written_out(f"partial model {name}\n extends {base};\nend {name};\n")
 
 
 def _class_names(text: str) -> list[str]:

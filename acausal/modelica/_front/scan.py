@@ -2,7 +2,7 @@
 
 import bisect
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 _PASSIVE = re.compile(r'"(?:[^"\\]|\\.)*"|//[^\n]*|/\*.*?\*/|\'(?:[^\'\\\n]|\\.)+\'', re.S)
 _BRACKET = re.compile(r"[(\[{]|[)\]}]|;")
@@ -42,6 +42,25 @@ def statement_end(plain: str, at: int) -> int:
         if token[0] == ";" and depth <= 0:
             return token.end()
     return len(plain)
+
+
+def closed(plain: str, at: int) -> int:
+    """The place after the bracket that closes the one at a place of a masked text."""
+    depth = 0
+    for token in _BRACKET.finditer(plain, at):
+        depth += (token[0] in "([{") - (token[0] in ")]}")
+        if depth == 0:
+            return token.end()
+    return len(plain)
+
+
+def edited(text: str, edits: Mapping[tuple[int, int], str]) -> str:
+    """A text with other texts between pairs of places."""
+    pieces, at = [], 0
+    for (begin, end), new in sorted(edits.items()):
+        pieces += [text[at:begin], new]
+        at = end
+    return "".join([*pieces, text[at:]])
 
 
 def section_of(plain: str, at: int) -> str:
