@@ -67,3 +67,10 @@ def test_an_element_out_of_bounds_is_not_a_number() -> None:
     assert np.isclose(simulate(model, 1.0, save="end")["y"][-1], 8.0)
     with pytest.raises(SimulationError, match="not a number"):
         simulate(replace(model, {"late": 0.5}), 1.0)
+
+
+@pytest.mark.parametrize("equation", ["x = {time, 2};", "x = time;", "x = {{i * j for i in 1:2} for j in 1:3};"])
+def test_sides_of_different_shapes_are_refused(equation: str) -> None:
+    text = f"model Shapes\n  Real x[2, 2];\nequation\n  {equation}\nend Shapes;"
+    with pytest.raises(ModelError, match=r"<model>\.mo:4\.equations: the sides have different shapes: \(2, 2\) and \("):
+        simulate(load(text, "Shapes"), 1.0)

@@ -88,7 +88,10 @@ def _differences(left: Value, right: Value) -> list[Value]:
         return [left]
     if isinstance(right, dict) and not np.ndim(left):  # a record of one field that stands for a number
         return [item for value in right.values() for item in _differences(left, value)]
-    return [left - number(right)]
+    right = number(right)
+    if np.shape(left) != np.shape(right):
+        raise TypeError(f"the sides have different shapes: {np.shape(left)} and {np.shape(right)}.")
+    return [left - right]
 
 
 Form = Residual | AlgorithmForm
