@@ -98,6 +98,30 @@ def test_when_statements(many: Any) -> None:
     assert np.allclose(sol["level"], [1, 2, 1, 1, 1])
 
 
+def test_a_variable_that_is_never_set_keeps_its_start_beside_an_algorithm() -> None:
+    """As `t_start` of a transition without timer in `Modelica.StateGraph`."""
+    text = """
+    model Beside
+      discrete Real rate;
+      discrete Real last;
+      Real x(start = 1, fixed = true);
+    initial equation
+      pre(rate) = 2;
+    equation
+      der(x) = -rate * x;
+      when false then
+        rate = pre(rate);
+      end when;
+    algorithm
+      when time > 0.5 then
+        last := x;
+      end when;
+    end Beside;
+    """
+    sol = simulate(load(text, "Beside"), 1.0, save="end", rtol=1e-9)
+    np.testing.assert_allclose([sol["x"][-1], sol["last"][-1]], np.exp([-2.0, -1.0]), rtol=1e-8)
+
+
 def test_assertions_of_algorithms_hold_during_a_run(many: Any) -> None:
     with pytest.raises(SimulationError, match="too late"):
         simulate(many, 1.5)

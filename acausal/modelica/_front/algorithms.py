@@ -19,7 +19,7 @@ An algorithm becomes the equation `"acausalAlgorithm" = statements`. Any stateme
 
 rumoca unrolls a loop of known length, as in `sum({sum({a}), sum({b})})`.
 
-The pass directs connections of discrete variables away from those that are set, so `when false then x = pre(x)` names
+The pass directs connections of discrete variables away from those that are set, so `when NEVER then x = pre(x)` names
 the variables that the algorithm sets.
 
 The flat model holds the equation, which `restored_algorithms.py` turns into the algorithm again.
@@ -31,6 +31,7 @@ from .scan import COMMENT, class_kinds, masked, statement_end
 
 MARK = "acausalAlgorithm"
 MARKED = f'"{MARK}" ='
+NEVER = f'"{MARK}" == ""'
 _START = re.compile(r"(?<![\w.])(initial\s+)?algorithm(?!\w)")
 _WORD = re.compile(r"\w+")
 _SPACE = re.compile(r"\s*")
@@ -60,7 +61,7 @@ def hidden(text: str) -> str:
         if body:
             gap = "\n" * (text.count("\n", start.end(), end) - body.count("\n"))
             sets = " ".join(f"{name} = pre({name});" for name in reader.targets)
-            sources = f" when false then {sets} end when;" if sets and not start[1] else ""
+            sources = f" when {NEVER} then {sets} end when;" if sets and not start[1] else ""
             pieces.append(f"{text[at : start.start()]}{start[1] or ''}equation {MARKED} {body};{sources}{gap}")
             at = end
     return "".join([*pieces, text[at:]])

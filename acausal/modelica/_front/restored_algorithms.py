@@ -26,12 +26,14 @@ def restored(content: dict[str, Any]) -> dict[str, Any]:
                 }
             )
         content[f"{kind}equations"] = rest
-    content["when_chains"] = [one for one in content["when_chains"] if not _is_false(one["first"]["condition"])]
+    content["when_chains"] = [one for one in content["when_chains"] if not _is_marked(one["first"]["condition"])]
     return content
 
 
-def _is_false(condition: Any) -> bool:
-    return "Literal" in condition and condition["Literal"]["value"] == {"Boolean": False}
+def _is_marked(condition: Any) -> bool:
+    """Whether a when-clause belongs to an algorithm."""
+    sides = condition.get("Binary")
+    return bool(sides) and sides["lhs"].get("Literal", {}).get("value") == {"String": MARK}
 
 
 def _marked(residual: Any) -> Any:
