@@ -7,18 +7,7 @@ from pathlib import Path
 from typing import Any, get_args
 
 from .._errors import ModelicaError
-from . import (
-    comprehensions,
-    equations,
-    functions,
-    loops,
-    marks,
-    outer_marks,
-    outer_values,
-    part_marks,
-    redeclared,
-    stored,
-)
+from . import equations, functions, loops, marks, outer_values, patches, stored
 from .failures import failure, syntax_error
 from .local_names import check_local_names
 from .part_checks import check_parts
@@ -65,8 +54,9 @@ def _flat(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
     while values.differ(content, _sources(request, hides, content)):
         hides, content = _accepted(dataclasses.replace(request, values=values.text))
         content = equations.restored(functions.restored(content))
-    check_parts(content, _sources(request, hides, content))
-    check_local_names(content, _sources(request, hides, content))
+    sources = _sources(request, hides, content)
+    check_parts(content, sources)
+    check_local_names(content, sources)
     return hides, marks.unmarked(content | {"selecting": selecting(content)})
 
 
@@ -88,9 +78,8 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
 
 
 def _text(request: Request, hides: equations.Hidden) -> str:
-    text = redeclared.written_out(comprehensions.nested(request.text))
-    text = functions.hidden(text, functions.ALL, "own") if hides else text
-    return part_marks.marked(outer_marks.marked(equations.hidden(text, NAME, hides)))
+    text = patches.restated(request.text)
+    return patches.marked(functions.hidden(text, functions.ALL, "own") if hides else text, NAME, hides)
 
 
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:

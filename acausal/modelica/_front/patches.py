@@ -72,10 +72,18 @@ def changed(text: str, name: Path, hides: equations.Hidden) -> str:
     `hides` says what is hidden, besides bodies of functions.
     """
     file = name.as_posix()
-    text = functions.hidden(
-        redeclared.written_out(comprehensions.nested(text)), HIDDEN.get(file, ()), re.sub(r"\W", "_", file)
-    )
+    text = functions.hidden(restated(text), HIDDEN.get(file, ()), re.sub(r"\W", "_", file))
     for patch in PATCHES:
         if patch.file == file:
             text = re.sub(patch.pattern, patch.text, text)
+    return marked(text, file, hides)
+
+
+def restated(text: str) -> str:
+    """A text with array constructors and redeclarations in the forms that the front end reads right."""
+    return redeclared.written_out(comprehensions.nested(text))
+
+
+def marked(text: str, file: str, hides: equations.Hidden) -> str:
+    """A text without what is hidden, and with marks of what the flat model does not show."""
     return part_marks.marked(outer_marks.marked(equations.hidden(text, file, hides)))
