@@ -63,16 +63,19 @@ def system_of_leaves(structure: PyTreeDef, leaves: Sequence[Numbers]) -> System:
     return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in leaves))
 
 
-@ft.lru_cache(maxsize=4096)
+@ft.lru_cache(maxsize=256)
 def _system(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
     """The same system for a model with and without start values."""
     layout = layout_of(structure)
     return _complete(layout.structure, tuple(() if shape is None else shape for shape in layout.spread(shapes)))
 
 
-@made_once(maxsize=256)
+@made_once(maxsize=4096)
 def _complete(structure: PyTreeDef, shapes: tuple[tuple[int, ...], ...]) -> System:
-    """The system of all complete models with this tree structure and leaves of these shapes; cached."""
+    """The system of all complete models with this tree structure and leaves of these shapes.
+
+    It is cached for longer than by `_system`, so that `_again` finds the system that a model has.
+    """
     return build(structure.unflatten(list(map(_shape, shapes))))
 
 

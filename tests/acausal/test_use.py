@@ -4,7 +4,7 @@ import copy
 import math
 import pickle
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
@@ -16,17 +16,23 @@ from acausal import Array as Parts
 from acausal import (
     Component,
     Connections,
+    Equations,
     ModelError,
+    Param,
+    Scalar,
     Solution,
     System,
+    Var,
     choose_states,
     connect,
+    eq,
     linearise,
     repeat,
     replace,
     simulate,
     structure,
 )
+from acausal._evaluate.building import system_of
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
 from components.translational import ConstantForce, HardStop, Mass
 
@@ -176,6 +182,26 @@ def test_systems_are_built_again_from_what_is_stored(algebraic: Any) -> None:
 def test_systems_of_classes_are_shared() -> None:
     system = simulate(rc(), 0.1).system
     assert copy.deepcopy(system) is copy.copy(system) is system
+    assert pickle.loads(pickle.dumps(system)) is system
+
+
+class Weighted(Component):
+    """A decay at the sum of some rates."""
+
+    rates: Param[Any, "1/s"]
+    x: Var[Scalar, ""] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -jnp.sum(self.rates) * self.x))
+
+
+@pytest.mark.thorough
+def test_systems_are_shared_after_many_other_models() -> None:
+    model = Weighted(rates=np.ones(1))
+    system = system_of(model)
+    for n in range(2, 300):
+        system_of(Weighted(rates=np.ones(n)))
+        assert system_of(model) is system
     assert pickle.loads(pickle.dumps(system)) is system
 
 
