@@ -67,14 +67,21 @@ class SampleLine(SISO, Sampled, partial=True):
 class SampledDelay(SampleLine):
     """y = u of n samples ago, held until the next sample: a delay by n periods, exact for sampled signals.
 
-    As MSL `UnitDelay` for n = 1, the default. y is `held`, and then `line`, until n samples have passed; all are 0 by
-    default. For the delay of a continuous signal see `FixedDelay`.
+    A sample is u after all events of its instant, so a sampled block in front of the delay adds nothing. As MSL
+    `UnitDelay` for n = 1, the default. y is `held`, and then `line`, until n samples have passed; all are 0 by default.
+    For the delay of a continuous signal see `FixedDelay`.
     """
 
     n: int = 1
+    due: Discrete[Scalar, "s"] = jnp.inf  # time at which the present sample is recorded
 
     def events(self) -> Events:
-        return dict(sample=at(self.start_time, every=self.period, held=self.line[0], line=self.shifted()))
+        # Clocks read the values before the clocks of their instant. Because u is recorded after them, u of a sampled
+        # block is that of this sample, not of the one before.
+        return dict(
+            sample=at(self.start_time, every=self.period, held=self.line[0], due=self.t),
+            _record=at(self.due, line=self.shifted(), due=jnp.inf),
+        )
 
 
 class MovingAverage(SampleLine):

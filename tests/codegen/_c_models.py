@@ -86,6 +86,17 @@ def sampled_servo() -> Rig:
     return _motor(blocks.SampledPI(period=0.005, k=0.05, T=0.05, y_max=1.0, y_min=-1.0))
 
 
+def _line(sine: Any, hold: Any, one: Any, three: Any) -> Connections:
+    return connect(sine.y, hold.u), connect(hold.y, one.u), connect(one.y, three.u)
+
+
+def sampled_line() -> Rig:
+    """A sampler with delays behind it, which record after the clocks of an instant."""
+    line = (blocks.SampledDelay(period=0.005), blocks.SampledDelay(period=0.005, n=3))
+    sine = blocks.Sine(amplitude=1.0, frequency=7.0, phase=0.5)
+    return Rig(parts=(sine, blocks.SampleHold(period=0.005), *line), wiring=_line)
+
+
 def _relief(flow: Any, accumulator: Any, valve: Any, tank: Any) -> Connections:
     return connect(flow.port, accumulator.port, valve.a), connect(valve.b, tank.port)
 
@@ -365,6 +376,7 @@ def tabulated_spring() -> Rig:
 MODELS: dict[str, Callable[[], Component]] = {
     "motor servo": motor_servo,
     "sampled servo": sampled_servo,
+    "sampled line": sampled_line,
     "relief circuit": relief_circuit,
     "planetary gear": planetary_gear,
     "wall": wall,

@@ -1,5 +1,6 @@
 """Sampled controllers, delays, averages and noise, compared with recursions over their samples."""
 
+import itertools
 from typing import Any
 
 import jax
@@ -60,6 +61,73 @@ def test_sampled_blocks_follow_their_recursions() -> None:
     np.testing.assert_allclose(solution.parts[3].y.value, outputs, atol=1e-9)
     np.testing.assert_allclose(solution.parts[4].y.value, [0.0] * 3 + list(m[:-3]), atol=1e-9)
     np.testing.assert_allclose(solution.parts[5].y.value, means, atol=1e-9)
+
+
+def chained(zero: Any, source: Any, *rest: Any) -> Connections:
+    """Blocks one behind the other, and a loop of the last two, an adder and a delay."""
+    *chain, adder, accumulating = rest
+    return (
+        *(connect(a.y, b.u_s if hasattr(b, "u_s") else b.u) for a, b in itertools.pairwise([source, *chain])),
+        *(connect(zero.y, block.u_m) for block in chain if hasattr(block, "u_m")),
+        connect(chain[-1].y, adder.u1),
+        connect(accumulating.y, adder.u2),
+        connect(adder.y, accumulating.u),
+    )
+
+
+def outputs_of(block: Any, u: np.ndarray, after: np.ndarray) -> np.ndarray:
+    """The outputs of a sampled block for its inputs just before the samples, and just after them."""
+    n, m = len(u), np.zeros(len(u))
+    match block:
+        case blocks.SampledDelay():
+            return np.concatenate([np.zeros(block.n), after])[:n]
+        case blocks.MovingAverage():
+            return np.array([np.mean(u[max(0, i + 1 - block.n) : i + 1]) for i in range(n)])
+        case blocks.SampledP():
+            return float(block.k) * u
+        case blocks.SampledPI():
+            return float(block.k) * (u + np.cumsum(u) * H / float(block.T))
+        case blocks.SampledPID():
+            return np.array(recursion(u, m))
+    return u
+
+
+KINDS = (
+    blocks.SampleHold(period=H),
+    blocks.SampledDelay(period=H),
+    blocks.SampledDelay(period=H, n=3),
+    blocks.MovingAverage(period=H, n=2),
+    blocks.SampledP(period=H, k=-0.7),
+    blocks.SampledPI(period=H, k=0.4, T=0.3),
+    blocks.SampledPID(period=H, k=1.2, Ti=0.5, Td=0.2, wp=0.7, wd=0.3, Nd=5.0, y_min=-1.0, y_max=1.0),
+)
+
+
+@pytest.mark.parametrize(
+    ("seed", "start"),
+    [
+        pytest.param(0, 0.0),
+        *(pytest.param(*case, marks=pytest.mark.thorough) for case in [(1, 0.0), (2, 0.03), (3, 0.0), (4, 0.03)]),
+    ],
+)
+def test_sampled_blocks_in_series_on_one_clock_follow_their_recursions(seed: int, start: float) -> None:
+    """A sampled block reads its input just before the instant, as Modelica's `pre`; a delay by n periods adds n."""
+    random = np.random.default_rng(seed)
+    order = [0, 1, 1, 6] if seed == 0 else list(random.permutation(len(KINDS)))
+    chain = [replace(KINDS[i], {"start_time": start}) for i in order]
+    accumulating = blocks.SampledDelay(period=H, start_time=start)
+    source = blocks.Sine(amplitude=0.9, frequency=0.7, phase=0.3)
+    parts = (blocks.Constant(k=0.0), source, *chain, blocks.Sum(), accumulating)
+    n = 16
+    grid = start + np.arange(n) * H
+    solution = simulate(Rig(parts=parts, wiring=chained), grid[-1] + 0.06, save=jnp.asarray(grid + 0.05))
+    u = after = 0.9 * np.sin(1.4 * np.pi * grid + 0.3)
+    for i, block in enumerate(chain, start=2):
+        y = outputs_of(block, u, after)
+        np.testing.assert_allclose(solution.parts[i].y.value, y, atol=1e-9, err_msg=f"{order}, part {i}")
+        u, after = np.concatenate([[0.0], y[:-1]]), y
+    sums = np.concatenate([[0.0], np.cumsum(after)[:-1]])
+    np.testing.assert_allclose(solution.parts[-1].y.value, sums, atol=1e-9)
 
 
 def sequence(noise: blocks.NormalNoise | blocks.UniformNoise, count: int) -> np.ndarray:

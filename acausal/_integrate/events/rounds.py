@@ -202,7 +202,8 @@ class Iteration(NamedTuple):
             is_reset, last = events.set_anew(t, ys[1], y, args)
             is_reset &= ~is_now
             order = jnp.where(is_reset, last, r.order)
-            due = (own.is_any | any_fired) & jnp.isfinite(order) & (due | is_reset) & ~r.ticks
+            ticks |= is_reset & jnp.isfinite(last) & (last >= t - args.tick(t))
+            due = (own.is_any | any_fired) & jnp.isfinite(order) & (due | is_reset) & ~ticks
             base = jnp.where(own.is_any & (jnp.min(jnp.where(due, order, jnp.inf)) > own.now), y, base)
         elif events.resets_times:
             # Events rescheduled to this instant, or to an earlier one, happen now.

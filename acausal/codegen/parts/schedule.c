@@ -59,7 +59,7 @@ static int take_due(MODEL *m, int *fired, int of_clocks)
 /* Sets the next times of the time events whose times have changed, which may be now. */
 static void schedule_changes(MODEL *m)
 {
-    schedule(m, m->t - ROUNDING * fabs(m->t), 1);
+    schedule(m, nextafter(m->t - ROUNDING * fabs(m->t), -INFINITY), 1); /* earlier than now, also at 0 */
 }
 
 /* Executes the time events of the past in their order. Clocks that are due at the start wait. Returns 0 if an event
