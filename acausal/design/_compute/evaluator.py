@@ -28,6 +28,7 @@ from .._problem.types import Function
 from .cores import interruptible
 
 T = TypeVar("T")
+CHANGED = 1e-4  # relative change of a result above the errors of runs
 
 
 @dataclasses.dataclass(frozen=True)

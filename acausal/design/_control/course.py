@@ -1,6 +1,7 @@
 """Result of `control`: the model with its signals, and the certificate of the optimum."""
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
@@ -17,6 +18,7 @@ from .horizon import Shooting
 
 M = TypeVar("M", bound=Component)
 PLANT, NODES = "plant.", "nodes["  # prefixes of names of parameters in a horizon, and of its nodes
+_PREFIX = re.compile(rf"(?<![\w.]){re.escape(PLANT)}")
 GAPS, WHOLE, LEAST_WHOLE = "segments join", "whole duration", "whole duration, at least"
 
 
@@ -93,6 +95,7 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
         not_unique=tuple(_name(name) for name in found.not_unique if not _is_inner(name)),
         unqualified=tuple(_name(name) for name in found.unqualified),
         idle=tuple(_name(name) for name in found.idle if not _is_inner(name)),
+        unexplained=tuple(_PREFIX.sub("", sentence) for sentence in found.unexplained),
         conflict={_name(name): share for name, share in found.conflict.items()},
         sensitivities=found.sensitivities._replace(
             rows=tuple(

@@ -26,7 +26,11 @@ WEAK = 1.0  # relative uncertainty above which a combination is indistinguishabl
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Estimate(Generic[M]):
-    """Estimates of parameters with their covariance. Arrays are in the order of `names`."""
+    """Estimates of parameters with their covariance. Arrays are in the order of `names`.
+
+    `unexplained`: predictions that change with a parameter although their derivatives are zero, because they count or
+    round. Its estimate, its interval and the rank then mean nothing.
+    """
 
     _problem: FitProblem
     _free: Free
@@ -36,6 +40,7 @@ class Estimate(Generic[M]):
     level: float
     _tolerance: float
     _ends: Multistart | None = None
+    unexplained: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

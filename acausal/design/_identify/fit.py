@@ -125,7 +125,7 @@ class Fit(Estimate[M]):
             near = self.ends[0].chi2 + SAME * max(self.ends[0].chi2, 1.0)
             same = sum(end.chi2 <= near for end in self.ends)
             found += [f"{same} of {len(self.ends)} starts lead to this sum of squares"]
-        return found
+        return [*found, *self.unexplained]
 
     def _cells(self, i: int) -> list[str]:
         scale = self._free.variables[i].scale

@@ -24,6 +24,7 @@ from .levenberg_marquardt import Minimum, minimise
 from .loss import Loss, LossName
 from .prepare import Labels, prepared, with_own
 from .start_errors import raise_start
+from .unexplained import unexplained
 
 M = TypeVar("M", bound=Component)
 SAME_NOISE = 1e-8  # relative change of the noise below which it has converged
@@ -73,6 +74,7 @@ def identify(
     is estimated by Huber's proposal 2, and the intervals are those of Student's t distribution.
 
     The search steps back from parameters with which a run fails, whatever its `throw`, or a prediction is not finite.
+    If predictions change with a parameter although their derivatives are zero, `unexplained` of the fit says so.
 
     Sources: Bates and Watts, Nonlinear Regression Analysis and Its Applications, ch. 1 to 3; Huber and Ronchetti,
     Robust Statistics, 2nd ed., ch. 6 and 7.
@@ -103,7 +105,8 @@ def identify(
             f"The fit has not converged after {minimum.evaluations} evaluations. Start closer, narrow the bounds, or "
             "hold parameters that the data cannot distinguish."
         )
-    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends)
+    hidden = tuple(unexplained(problem, chosen, minimum, channels, tolerance, max_steps))
+    return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends, hidden)
 
 
 def _priors(priors: Mapping[Any, Any], chosen: Free) -> Any:

@@ -51,6 +51,12 @@ def verdict(design: "Design[Any]") -> str:
         return f"infeasible. No design nearby satisfies all limits; in conflict: {names}."
     if design.status == "unbounded":
         return "unbounded: it decreases without limit. Bound the free parameters, or limit a result."
+    if design.unexplained:
+        text = "; ".join(design.unexplained)
+        return (
+            f"{design.status}, because derivatives do not describe the results: {text}. Functions that count, round or "
+            "jump have no optimum by gradients: compare designs by `sweep` or `choose`, or minimise a smooth result."
+        )
     broken = [f"{one.limit.name} ({-one.margin:.1%})" for one in design.results if one.is_broken]
     if broken and design.status == "not converged":
         text = "the search found no feasible design. This one has the smallest violation"

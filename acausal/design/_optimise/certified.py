@@ -19,6 +19,7 @@ from .design_problem import DesignProblem
 from .entries import Active, LimitedResult, Tried
 from .local_search import SearchResult
 from .task import Task
+from .unexplained import unexplained
 
 SHARE = 1e-3  # least share of a limit in a conflict
 
@@ -42,6 +43,7 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
     scale = scale if np.isfinite(scale) else 1.0
     kkt = residual(point, multipliers, task.is_equation, scale)
     unqualified_names = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
+    contradictions = () if outcome.is_interrupted or is_unbounded else unexplained(task, point, problem.objective)
     results = tuple(
         LimitedResult(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True)
     )
@@ -51,7 +53,7 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         free=problem.free,
         x=found.x,
         start=trail.start,
-        status="unbounded" if is_unbounded else _status(outcome, kkt, curvature, unqualified_names),
+        status="unbounded" if is_unbounded else _status(outcome, kkt, curvature, contradictions, unqualified_names),
         objective_name=problem.objective.name,
         objective_scale=problem.objective.scale,
         objective=value,
@@ -65,7 +67,8 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         unqualified=unqualified_names,
         curvature=_shown(curvature, task, value),
         idle=tuple(name for name, is_one in zip(problem.free.names, idle, strict=True) if is_one),
-        conflict=_conflict(outcome),
+        conflict={} if contradictions else _conflict(outcome),
+        unexplained=contradictions,
         sensitivities=sensitivity_table(problem.objective.name, problem.objective.scale, value, []),
         history=tuple(_tried(task, step) for step in trail.steps),
         failed=tuple(_tried(task, step) for step in trail.failed),
@@ -81,12 +84,18 @@ def _shown(curvature: Curvature, task: Task, value: float) -> Curvature:
     return dataclasses.replace(curvature, **scaled)
 
 
-def _status(outcome: SearchResult, kkt: float, curvature: Curvature, unqualified_names: tuple[str, ...]) -> Status:
+def _status(
+    outcome: SearchResult,
+    kkt: float,
+    curvature: Curvature,
+    unexplained: tuple[str, ...],
+    unqualified_names: tuple[str, ...],
+) -> Status:
     if outcome.is_interrupted:
         return "interrupted"
-    if outcome.conflict is not None:
+    if outcome.conflict is not None and not unexplained:
         return "infeasible"
-    if kkt > OPTIMAL or curvature.is_far or unqualified_names:
+    if kkt > OPTIMAL or curvature.is_far or unqualified_names or unexplained:
         return "not converged"
     return "optimal" if curvature.is_minimum else "stationary"
 

@@ -42,6 +42,8 @@ class Design(Generic[M]):
     - `unmoved`: active limits with a zero gradient. They have no multiplier.
     - `unqualified`: active limits that violate the constraint qualification of Mangasarian and Fromovitz, if no
       moderate multipliers satisfy the first-order conditions. An optimum at such limits need not have multipliers.
+    - `unexplained`: changes of results near the design that their derivatives do not explain, because the results
+      count, round or jump. The conditions of an optimum then prove nothing, and the status is "not converged".
     - `idle`: variables without effect, during the search and at other values. They keep their values.
     - `curvature`: scaled eigenvalues of the Hessian of the Lagrangian in the free directions.
     - `sensitivities`: table of the derivatives of the optimum with respect to the fixed parameters, the free ones
@@ -77,6 +79,7 @@ class Design(Generic[M]):
     idle: tuple[str, ...] = ()
     unmoved: tuple[str, ...] = ()
     unqualified: tuple[str, ...] = ()
+    unexplained: tuple[str, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:

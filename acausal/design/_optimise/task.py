@@ -6,13 +6,14 @@ its value at the start. So the unit of the objective and a constant in it do not
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.stats import qmc
 
 from ..._errors import ModelError
-from .._certificate.first_order import FEASIBLE, Point, violation
-from .._compute.evaluator import Evaluation, Evaluator
+from .._certificate.first_order import FEASIBLE, OPTIMAL, Point, violation
+from .._compute.evaluator import CHANGED, Evaluation, Evaluator
 from .._problem.free import Free
 from .._problem.limits import Limit
 from .variable_sizes import with_sizes
@@ -23,6 +24,15 @@ MANY = 10.0  # displacement of a variable without bounds, in its sizes, that req
 FAR = 1e3  # displacement of a variable without bounds, in its sizes, that counts as infinite
 FALLING = 1e-3  # relative decrease of the objective for a doubled variable that counts as descent
 BESIDE = 1e-2  # scaled distance of the second point that measures the objective
+
+
+class WithoutSlopes(NamedTuple):
+    """Variables with zero derivatives: the `idle` ones without effect, and a design with other values for each of the
+    others.
+    """
+
+    idle: np.ndarray
+    jumps: Mapping[int, Evaluation]
 
 
 @dataclasses.dataclass
@@ -76,16 +86,44 @@ class Task:
         )
 
     def idle(self, z: np.ndarray) -> np.ndarray:
-        """Marks variables that affect neither objective nor limits at all evaluated points and at a trial point."""
-        rows = [self.objective, *self.rows]
+        """Marks variables without effect: zero derivatives and equal values at all evaluated and at trial points."""
+        return self.without_slopes(z).idle
+
+    def without_slopes(self, z: np.ndarray) -> "WithoutSlopes":
+        """Variables with zero derivatives of objective and limits at all evaluated points and at trial points: one
+        inside the bounds, and both ends.
+        """
+        rows, own = [self.objective, *self.rows], np.eye(len(z), dtype=bool)
         maybe = self.evaluator.idle(rows)
         if not np.any(maybe):
-            return maybe
+            return WithoutSlopes(maybe, {})
         low, high = self.bounds
         low, high = np.where(np.isfinite(low), low, z - 1.0), np.where(np.isfinite(high), high, z + 1.0)
-        shares = qmc.Sobol(len(z), rng=0).random_base2(1)[1]
-        trial = self.evaluation(np.where(maybe, low + shares * (high - low), z))
-        return self.evaluator.idle(rows) if trial.is_good else np.zeros(len(z), bool)
+        places = (low + qmc.Sobol(len(z), rng=0).random_base2(1)[1] * (high - low), low, high)
+
+        def trials(moved: np.ndarray) -> list[Evaluation]:
+            found = [self.evaluation(np.where(moved, place, z)) for place in places]
+            return [trial for trial in found if trial.is_good]
+
+        def differing(moved: np.ndarray) -> Evaluation | None:
+            return next((trial for trial in trials(moved) if np.any(self.are_changes(here, trial))), None)
+
+        here, together = self.evaluation(z), trials(maybe)
+        maybe = self.evaluator.idle(rows) & bool(together)
+        other = differing(maybe) if np.any(maybe) else None
+        if other is None:
+            return WithoutSlopes(maybe, {})
+        each = {i: differing(own[i]) for i in np.flatnonzero(maybe).tolist()}
+        jumps = {i: trial for i, trial in each.items() if trial is not None} or dict.fromkeys(each, other)
+        return WithoutSlopes(maybe & ~np.isin(np.arange(len(z)), list(jumps)), jumps)
+
+    def are_changes(self, here: Evaluation, there: Evaluation) -> np.ndarray:
+        """Marks objective and limits whose values differ by more than the errors of runs."""
+        size = np.zeros(len(here.values)) + np.inf
+        size[self.objective] = self.size
+        size[self.rows] = [limit.size for limit in self.limits]
+        largest = np.maximum(np.abs(here.values), np.abs(there.values))
+        return np.abs(there.values - here.values) > np.maximum(CHANGED * largest, OPTIMAL * size)
 
     def violation(self, point: Point) -> float:
         """The largest constraint violation."""

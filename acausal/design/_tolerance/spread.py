@@ -61,6 +61,8 @@ class Spread:
     - `failed`: number of failed members by reason. Mean and percentiles exclude them.
     - `causes`: contributions of parameters to the variance, for the first-order method.
     - `unfinished`: number of members missing after an interrupt.
+    - `unexplained`: parameters that change the result although its derivatives are zero, because it counts or rounds.
+      Methods by derivatives then miss their contribution.
     """
 
     result: str
@@ -73,6 +75,7 @@ class Spread:
     std_error: float = 0.0
     causes: tuple[Cause, ...] = ()
     unfinished: int = 0
+    unexplained: tuple[str, ...] = ()
 
     @property
     def shares(self) -> dict[str, float]:
@@ -175,7 +178,7 @@ def _remarks(spreads: list[Spread]) -> list[str]:
     lines = [f"failed, {number} times: {reason}" for reason, number in failed.items()]
     if unfinished := max(spread.unfinished for spread in spreads):
         lines.append(f"interrupted: {unfinished} members are missing")
-    return lines
+    return lines + [sentence for spread in spreads for sentence in spread.unexplained]
 
 
 def _wilson(share: float, n: int) -> tuple[float, float]:

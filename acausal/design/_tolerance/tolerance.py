@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
-from .._compute.evaluator import Evaluator
+from .._compute.evaluator import CHANGED, Evaluator
 from .._problem.distributions import Distribution, member_count, sobol_scores
 from .._problem.limits import objectives_of
 from .._problem.types import ByPath, Executor, Progress
@@ -110,8 +110,9 @@ class Tolerance(Generic[M]):
             rows = zip(self.free.variables, std.tolist(), (g * std).tolist(), shares.tolist(), strict=True)
             causes = tuple(Cause(variable.name, variable.scale, *row) for variable, *row in rows)
             found[name] = Spread(
-                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), causes=causes
-            )
+                name, self._scales[owner], "first order", float(values[i]), variance**0.5, np.zeros(0), causes=causes,
+                unexplained=self._unexplained(i),
+            )  # fmt: skip
         return found
 
     def second_order(self) -> Spreads:
@@ -128,7 +129,9 @@ class Tolerance(Generic[M]):
             mean = float(values[i] + 0.5 * np.trace(hessian[i] @ self.covariance))
             samples = values[i] + steps @ gradient[i] + 0.5 * np.einsum("ni,ij,nj->n", steps, hessian[i], steps)
             std = float(np.std(samples))
-            found[name] = Spread(name, self._scales[owner], "second order", mean, std, samples)
+            found[name] = Spread(
+                name, self._scales[owner], "second order", mean, std, samples, unexplained=self._unexplained(i)
+            )
         return found
 
     def monte_carlo(
@@ -218,6 +221,31 @@ class Tolerance(Generic[M]):
         if not found.is_good:
             raise SimulationError(f"The model cannot be computed with the means of its parameters: {found.why}.")
         return found.values, found.jacobian
+
+    def _unexplained(self, row: int) -> tuple[str, ...]:
+        """Parameters that change a result within their standard deviation although its derivatives are zero."""
+        here, own = self._evaluator(self.means), np.eye(len(self.names), dtype=bool)
+        scale = self._scales[self._batch.columns[1][row]]
+
+        def change(moved: np.ndarray) -> float:
+            for sign in (1.0, -1.0):
+                there = self._evaluator(np.where(moved, self.means + sign * self._joint.std, self.means))
+                if there.is_good and not np.any(there.jacobian[row, moved]):
+                    size = max(abs(there.values[row]), abs(here.values[row]))
+                    if abs(there.values[row] - here.values[row]) > CHANGED * size:
+                        return float(there.values[row] - here.values[row])
+            return 0.0
+
+        blind = here.jacobian[row] == 0.0
+        if not np.any(blind) or not change(blind):
+            return ()
+        changes = {i: change(own[i]) for i in np.flatnonzero(blind).tolist()}
+        return tuple(
+            f"{self._batch.columns[0][row]} changes by {scale.difference(step):.6g}{scale.text} within a standard "
+            f"deviation of {self.names[i]}, but its derivatives are zero: use monte_carlo"
+            for i, step in changes.items()
+            if step
+        )
 
     @ft.cached_property
     def _hessian(self) -> np.ndarray:

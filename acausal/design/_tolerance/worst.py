@@ -10,14 +10,18 @@ from scipy.optimize import minimize
 from ..._analyse.table import aligned
 from ..._errors import SimulationError
 from ..._units.display import Scale
-from .._compute.evaluator import Evaluator
+from .._compute.evaluator import CHANGED, Evaluator
 
 REFUSED = 1e6  # scaled value of a point that cannot be computed
 
 
 @dataclasses.dataclass(frozen=True)
 class Worst:
-    """Both ends of a result within the tolerances, with their parameters by name; `print` it for a table."""
+    """Both ends of a result within the tolerances, with their parameters by name; `print` it for a table.
+
+    `jumps`: parameters that change the result although its derivatives are zero, because it counts or rounds. Larger
+    and smaller values may then exist.
+    """
 
     result: str
     scale: Scale
@@ -27,6 +31,7 @@ class Worst:
     at_high: Mapping[str, float]
     evaluations: int
     units: tuple[str, ...] = ()
+    jumps: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         ends = [f"{self.scale.value(value):.6g}{self.scale.text}" for value in (self.low, self.high)]
@@ -35,7 +40,10 @@ class Worst:
             [name, *(f"{scale.value(place[name]):.6g}" for place in (self.at_low, self.at_high)), scale.shown]
             for name, scale in zip(self.at_low, scales, strict=True)
         ]
-        return aligned([[f"worst case of {self.result}", *ends, ""], *rows])
+        table = aligned([[f"worst case of {self.result}", *ends, ""], *rows])
+        names = ", ".join(self.jumps)
+        note = f"\n{self.result} jumps with {names}, where its derivatives are zero: other values may be worse"
+        return table + (note if names else "")
 
 
 def worst(
@@ -44,17 +52,18 @@ def worst(
     """Both ends, each the best of several searches."""
     before = evaluator.evaluations
     ends = [_end(evaluator, row, box, sign, gradient, starts, seed) for sign in (1.0, -1.0)]
-    (low, at_low), (high, at_high) = ends
+    (low, at_low, below), (high, at_high, above) = ends
     free = evaluator.free
     places = [dict(zip(free.names, x.tolist(), strict=True)) for x in (at_low, at_high)]
     effort = evaluator.evaluations - before
-    return Worst(evaluator.names[row], scale, low, high, places[0], places[1], effort, free.units)
+    jumps = tuple(name for i, name in enumerate(free.names) if i in below | above)
+    return Worst(evaluator.names[row], scale, low, high, places[0], places[1], effort, free.units, jumps)
 
 
 def _end(
     evaluator: Evaluator, row: int, box: np.ndarray, sign: float, gradient: np.ndarray, starts: int, seed: int
-) -> tuple[float, np.ndarray]:
-    """The minimum of `sign` times the result."""
+) -> tuple[float, np.ndarray, set[int]]:
+    """The minimum of `sign` times the result, its place, and variables that change it there without a derivative."""
     low, width = box[:, 0], box[:, 1] - box[:, 0]
     size = float(np.sum(np.abs(gradient) * width)) or 1.0
     corner = np.where(sign * gradient > 0.0, 0.0, 1.0)
@@ -75,4 +84,12 @@ def _end(
     best = min(ends, key=lambda end: float(end.fun))
     if best.fun >= REFUSED:
         raise SimulationError("No design within the tolerances could be computed.")
-    return sign * size * float(best.fun), low + width * best.x
+    value, z, jumps = float(best.fun), np.array(best.x), set[int]()
+    for i in np.flatnonzero(function(z)[1] == 0.0).tolist():
+        for end in (0.0, 1.0):
+            other = np.where(np.arange(len(z)) == i, end, z)
+            lower, slopes = function(other)
+            if lower < REFUSED and slopes[i] == 0.0 and abs(lower - value) > CHANGED * max(abs(lower), abs(value)):
+                value, z = (lower, other) if lower < value else (value, z)
+                jumps.add(i)
+    return sign * size * value, low + width * z, jumps
