@@ -45,6 +45,10 @@ class SimulationError(AcausalError, RuntimeError):
     """A run that failed numerically or did not meet its stop condition."""
 
 
+class DesignWarning(UserWarning):
+    """A study that ended early because of an error. Its result holds what was computed before."""
+
+
 _collected: contextvars.ContextVar[list[ModelError] | None] = contextvars.ContextVar("collected", default=None)
 
 

@@ -4,6 +4,7 @@ Each room imports only from those before it: `_problem`, `_certificate`, `_compu
 `_identify`, `_control`, `_sweep`, `_choose`, `_tolerance`, `_train`, `_explore`.
 """
 
+from .._errors import DesignWarning
 from .._units.display import Scale
 from ._certificate.curvature import Curvature
 from ._choose.alternatives import Alternatives, CatalogueVariables, DesignSpace
@@ -58,6 +59,7 @@ __all__ = [
     "Curvature",
     "Design",
     "DesignSpace",
+    "DesignWarning",
     "End",
     "Experiment",
     "Explored",

@@ -2,12 +2,14 @@
 
 import dataclasses
 import re
+import warnings
 from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from ..._declare.component import Component
+from ..._errors import DesignWarning
 from ..._extras import Figure
 from ..._integrate.results.columns import Item
 from ..._integrate.results.solution import Solution
@@ -66,10 +68,21 @@ class Course(Generic[M]):
 def course_of(found: Design[Any], shooting: Shooting) -> Course[Any]:
     """The result of `control` from the optimum over a horizon."""
     horizon = found.model
-    solutions = tuple(shooting.solutions(horizon))
+    solutions = _solutions(shooting, horizon)
     gaps = [abs(result.value) for result in found.results if result.limit.name.startswith(GAPS)]
     design = _of_plant(found, shooting)
     return Course(design.model, float(shooting.times(horizon)[-1]), design, solutions, max(gaps, default=0.0))
+
+
+def _solutions(shooting: Shooting, horizon: Any) -> tuple[Solution[Any], ...]:
+    """The runs of the pieces, up to one that fails."""
+    found = []
+    try:
+        for solution in shooting.solutions(horizon):
+            found.append(solution)
+    except (KeyboardInterrupt, Exception) as error:
+        warnings.warn(f"The trajectories end early: {str(error) or type(error).__name__}", DesignWarning, stacklevel=4)
+    return tuple(found)
 
 
 def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
@@ -86,7 +99,7 @@ def _of_plant(found: Design[Any], shooting: Shooting) -> Design[Any]:
 
     return dataclasses.replace(
         found,
-        model=shooting.model(found.model),
+        _model=shooting.model(found.model),
         free=free,
         x=found.x[kept],
         start=found.start[kept],

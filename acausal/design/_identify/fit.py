@@ -12,6 +12,7 @@ from ..._analyse.table import aligned
 from ..._errors import ArgumentError, UnknownNameError, suggestion
 from ..._extras import Axes, Panels
 from ..._report import Table, drawn, model_parts, report
+from .._problem.corners import why_not_built
 from .estimate import Estimate, M
 from .profile import Profile, profile
 from .residual_tests import ResidualTest, tests_of
@@ -96,7 +97,7 @@ class Fit(Estimate[M]):
         It has the estimates with intervals, the correlation, the residual tests, the pictures of `plot` and
         `plot_residuals`, all parameters, and the versions and the fingerprint that identify the fitted model.
         """
-        return report(f"Fit of {type(self.model).__name__}", self._report(), path)
+        return report(f"Fit of {type(self._problem.model).__name__}", self._report(), path)
 
     def _report(self) -> dict[str, object]:
         head, *rows = self._estimate_rows
@@ -108,7 +109,7 @@ class Fit(Estimate[M]):
         }
         if len(self.names) > 1:
             found["Correlation"] = Table(("", *self.names), self._correlation_rows)
-        return found | model_parts(self.model)
+        return found if why_not_built(lambda: self.model) else found | model_parts(self.model)
 
     @property
     def _estimate_rows(self) -> list[list[str]]:

@@ -101,9 +101,10 @@ def identify(
     if not minimum.computed:
         raise_start(problem, chosen, ready, labels, channels, len(places))
     if not minimum.converged:
+        reached = chosen.text(np.asarray(chosen.unscaled(minimum.z)))
         raise SimulationError(
-            f"The fit has not converged after {minimum.evaluations} evaluations. Start closer, narrow the bounds, or "
-            "hold parameters that the data cannot distinguish."
+            f"The fit has not converged after {minimum.evaluations} evaluations. It reached {reached} with chi2 "
+            f"{minimum.chi2:.6g}. Start closer, narrow the bounds, or hold parameters that the data cannot distinguish."
         )
     hidden = tuple(unexplained(problem, chosen, minimum, channels, tolerance, max_steps))
     return Fit(problem, chosen, minimum, tuple(channels), freedom, level, tolerance, ends, hidden)
@@ -212,18 +213,26 @@ def _weighted(
         minimum = again._replace(evaluations=again.evaluations + minimum.evaluations)
     else:
         if unknown:
-            _raise_noise(unknown, before, sigmas, most)
+            _raise_noise(problem, minimum, unknown, before, sigmas, most)
     return problem, minimum, freedom, ends
 
 
-def _raise_noise(channels: Sequence[Channel], before: np.ndarray, after: np.ndarray, rounds: int) -> NoReturn:
+def _raise_noise(
+    problem: FitProblem,
+    minimum: Minimum,
+    channels: Sequence[Channel],
+    before: np.ndarray,
+    after: np.ndarray,
+    rounds: int,
+) -> NoReturn:
     """Raises `SimulationError` with the channel whose noise changed most in the last round."""
     i = int(np.argmax(np.abs(after - before) / after))
+    reached = problem.free.text(np.asarray(problem.free.unscaled(minimum.z)))
     channel, change = channels[i], f"from {before[i]:.6g} to {after[i]:.6g} {channels[i].unit}".rstrip()
     raise SimulationError(
         f"The noise of {channel.label} has not converged after {rounds} rounds of fit and noise: the last one changed "
-        f"it {change}. The parameters follow its {channel.n_values} values too closely to leave an estimate. Give its "
-        "sigma, measure more values, or hold parameters that these values alone determine."
+        f"it {change}, at {reached}. The parameters follow its {channel.n_values} values too closely to leave an "
+        "estimate. Give its sigma, measure more values, or hold parameters that these values alone determine."
     )
 
 

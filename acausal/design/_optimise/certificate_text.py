@@ -71,12 +71,13 @@ def verdict(design: "Design[Any]") -> str:
 
 
 def effort(design: "Design[Any]") -> str:
-    """The number of designs that were computed, the time, and the reasons of failures."""
+    """The number of designs that were computed, the time, and the reasons of failures and of a missing model."""
     failed = f", {len(design.failed)} of which could not be computed" if design.failed else ""
     starts = f"{len(design.others) + 1} starts, " if design.others else ""
     text = f"{starts}{design.total_evaluations} designs{failed}, {design.total_seconds:.1f} s"
     reasons = dict.fromkeys(tried.why for tried in design.failed)
-    return text + "".join(f"\nstepped back from: {why}" for why in reasons)
+    text += "".join(f"\nstepped back from: {why}" for why in reasons)
+    return text + (f"\nno model can be built with these values: {design.unbuilt}" if design.unbuilt else "")
 
 
 def _variable_row(design: "Design[Any]", i: int) -> tuple[str, ...]:

@@ -9,7 +9,7 @@ from typing import Any, Generic, Literal, TypeVar
 import numpy as np
 
 from ..._declare.component import Component
-from ..._errors import ModelError
+from ..._errors import ModelError, ParameterError
 from ..._extras import Figure
 from ..._report import Table, drawn, model_parts, report
 from ..._save_load import load, save
@@ -30,7 +30,8 @@ class Design(Generic[M]):
 
     Parameters are in their declared units, results in SI units or in the units that their functions return.
 
-    - `model`: the model with the optimal values; `values`: these by name.
+    - `model`: the model with the optimal values; `values`: these by name. If a component refuses these values, which a
+      run with other values of its own may miss, there is no model. `unbuilt` is then the reason.
     - `status`: "optimal" (first- and second-order conditions hold), "stationary" (first-order conditions hold),
       "infeasible" (no design nearby satisfies all limits; this one has the smallest violation, and `conflict` holds the
       shares of the limits in conflict), "unbounded" (the objective decreases without limit), "interrupted" or
@@ -53,7 +54,7 @@ class Design(Generic[M]):
       including compilation.
     """
 
-    model: M
+    _model: M | None
     free: Free
     x: np.ndarray
     start: np.ndarray
@@ -80,6 +81,14 @@ class Design(Generic[M]):
     unmoved: tuple[str, ...] = ()
     unqualified: tuple[str, ...] = ()
     unexplained: tuple[str, ...] = ()
+    unbuilt: str = ""
+
+    @property
+    def model(self) -> M:
+        """The model with the optimal values. Raises `ParameterError` if it cannot be built."""
+        if self._model is None:
+            raise ParameterError(f"No model can be built with {self.free.text(self.x)}: {self.unbuilt}")
+        return self._model
 
     @property
     def values(self) -> dict[str, float]:
@@ -135,7 +144,7 @@ class Design(Generic[M]):
         return {"status": self.status, "objective": self._objective, "values": values}
 
     def __repr__(self) -> str:
-        return f"<Design of {type(self.model).__name__}: {self.status}, {self._objective}>"
+        return f"<Design of {self._name}: {self.status}, {self._objective}>"
 
     def __str__(self) -> str:
         return "\n\n".join([f"{self._objective}: {verdict(self)}", *map(as_text, sections(self)), effort(self)])
@@ -146,7 +155,7 @@ class Design(Generic[M]):
         It has the certificate with all its tables, the picture of `plot`, all parameters, and the versions and the
         fingerprint that identify the design. `report` combines several results.
         """
-        return report(f"Design of {type(self.model).__name__}", self._report(), path)
+        return report(f"Design of {self._name}", self._report(), path)
 
     def _report(self) -> dict[str, object]:
         found: dict[str, object] = {"Certificate": f"{self._objective}: {verdict(self)}\n{effort(self)}"}
@@ -154,7 +163,11 @@ class Design(Generic[M]):
             found[section.heading] = [Table(section.rows[0], section.rows[1:]), "\n".join(section.notes)]
         if self.history:
             found["Search"] = drawn(self.plot)
-        return found | model_parts(self.model)
+        return found | ({} if self._model is None else model_parts(self._model))
+
+    @property
+    def _name(self) -> str:
+        return "no model" if self._model is None else type(self._model).__name__
 
     @property
     def _objective(self) -> str:

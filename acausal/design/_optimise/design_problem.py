@@ -10,12 +10,14 @@ import numpy as np
 from ..._declare.component import Component
 from ..._errors import ModelError
 from .._compute.evaluator import Evaluator
+from .._problem.corners import unbuilt_corners
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters
 from .._problem.limits import Limit, Objective, limits_of
 from .._problem.types import ByPath, Function
 from .design import Design
 from .local_search import nearest_good
+from .report import say_unbuilt
 from .task import Task, task_of
 
 
@@ -37,6 +39,7 @@ class DesignProblem:
         run: Function | None,
         constraints: Mapping[str, object] | None,
         scenarios: Mapping[str, Mapping[str, object]] | None,
+        progress: bool | None = None,
     ) -> "DesignProblem":
         if not isinstance(model, Component):
             raise ModelError(f"{model!r} is not a component. Give a model to optimise.")
@@ -48,6 +51,7 @@ class DesignProblem:
         functions |= {name: function for name, (function, _) in limits.items()}
         variables, stated = free_parameters(model, free), {name: limit for name, (_, limit) in limits.items()}
         evaluator = Evaluator(model, variables, functions, run, scenarios)
+        say_unbuilt(unbuilt_corners(model, variables, scenarios or {"": {}}), progress)
         return DesignProblem(model, variables, objectives[0], stated, evaluator)
 
     def task(self, x: np.ndarray) -> Task:

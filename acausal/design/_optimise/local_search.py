@@ -3,12 +3,13 @@
 import dataclasses
 import threading
 import time
+import warnings
 from collections.abc import Callable, Iterator
 
 import numpy as np
 from scipy.stats import qmc
 
-from ..._errors import SimulationError
+from ..._errors import DesignWarning, SimulationError
 from .._certificate.first_order import FEASIBLE, NEAR, Point, PointAt, multipliers_of, residual
 from .._compute.evaluator import Evaluation
 from .descent import certain, descended, polished
@@ -71,10 +72,12 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
             task, z = larger, np.asarray(larger.free.scaled(task.evaluation(outcome.point.z).x))
             outcome = _search(task, _recorded(task, trail), z, trail, method, most)
         return outcome
-    except (KeyboardInterrupt, Interrupted):
+    except (KeyboardInterrupt, Exception) as error:
         outcome = interrupted(task, trail)
         if outcome is None:
             raise
+        if not isinstance(error, KeyboardInterrupt | Interrupted):
+            warnings.warn(f"A search ended early, with its best design so far: {error}", DesignWarning, stacklevel=2)
         return outcome
     finally:
         trail.seconds = time.perf_counter() - began

@@ -3,13 +3,14 @@
 import dataclasses
 import os
 import time
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
 
 from ..._declare.component import Component
-from ..._errors import ModelError, SimulationError
+from ..._errors import DesignWarning, ModelError, SimulationError
 from ..._integrate.setup.options import count, flag, one_of
 from .._certificate.first_order import FEASIBLE
 from .._compute.cores import threads, wait_for
@@ -77,7 +78,7 @@ def optimise(
     objective, *more = objectives_of(minimise)
     if more:
         raise ModelError("optimise minimises one function; pareto takes two.")
-    problem = DesignProblem.of(model, free, [objective], run, constraints, scenarios)
+    problem = DesignProblem.of(model, free, [objective], run, constraints, scenarios, progress)
     one_of(method, "method", METHODS)
     return best_design(problem, start, count(starts, "starts"), method, most, sensitivities, progress)
 
@@ -98,10 +99,13 @@ def best_design(
     task = problem.task(places[0])
     number = max(starts, len(places))
     found = search_all(task, places, number, method, count(most, "most"), progress, problem.objective)
-    designs = sorted((certified(problem, outcome) for outcome in found), key=_rank)
+    designs = sorted((certified_or_kept(problem, outcome) for outcome in found), key=_rank)
     best = designs[0]
     if flag(sensitivities, "sensitivities") and not best.conflict and best.status != "interrupted":
-        best = dataclasses.replace(best, sensitivities=sensitivities_of(problem, task, best))
+        try:
+            best = dataclasses.replace(best, sensitivities=sensitivities_of(problem, task, best))
+        except (KeyboardInterrupt, Exception) as error:
+            warnings.warn(f"The design has no sensitivities: {_reason(error)}", DesignWarning, stacklevel=3)
     return dataclasses.replace(
         best,
         others=tuple(designs[1:]),
@@ -109,6 +113,19 @@ def best_design(
         total_seconds=time.perf_counter() - began,
         seconds_evaluating=task.evaluator.seconds,
     )
+
+
+def certified_or_kept(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
+    """A design with its certificate, or an interrupted one if the certificate cannot be computed."""
+    try:
+        return certified(problem, outcome)
+    except (KeyboardInterrupt, Exception) as error:
+        warnings.warn(f"A design has no certificate: {_reason(error)}", DesignWarning, stacklevel=4)
+        return certified(problem, dataclasses.replace(outcome, is_interrupted=True))
+
+
+def _reason(error: BaseException) -> str:
+    return str(error) or type(error).__name__
 
 
 def search_all(
@@ -136,19 +153,25 @@ def search_all(
             # A search that still runs ends with its best design, without waiting for its next one.
             pairs = futures.items()
             ends = [future.result() if future.done() else interrupted(task, trail) for future, trail in pairs]
-            if not any(ends):
+            if not any(isinstance(end, SearchResult) for end in ends):
                 raise
-    outcomes = [end for end in ends if end is not None]
+    outcomes = [end for end in ends if isinstance(end, SearchResult)]
+    for error in (end for end in ends if isinstance(end, Exception) and not isinstance(end, SimulationError)):
+        if not outcomes:
+            raise error
+        warnings.warn(f"A search ended without a design: {_reason(error)}", DesignWarning, stacklevel=4)
     if not outcomes:
         raise SimulationError("No start led to a design that could be computed.")
     return outcomes
 
 
-def _searched(task: Task, place: np.ndarray, trail: Trail, method: Method, most: int) -> SearchResult | None:
+def _searched(
+    task: Task, place: np.ndarray, trail: Trail, method: Method, most: int
+) -> SearchResult | BaseException:  # fmt: skip
     try:
         return search(task, place, trail, method, most)
-    except (SimulationError, KeyboardInterrupt):
-        return None
+    except (KeyboardInterrupt, Exception) as error:
+        return error
 
 
 def _rank(design: Design[Any]) -> tuple[bool, float, float]:

@@ -1,6 +1,7 @@
 """`pareto`: trade-off between two results."""
 
 import dataclasses
+import warnings
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
@@ -8,17 +9,16 @@ import numpy as np
 
 from ..._analyse.table import aligned
 from ..._declare.component import Component
-from ..._errors import ModelError
+from ..._errors import DesignWarning, ModelError
 from ..._extras import Axes
 from ..._integrate.setup.options import count, one_of
 from ..._units.display import Scale
 from .._problem.limits import Limit, Objective, objectives_of
 from .._problem.types import ByPath
-from .certified import certified
 from .design import Design
 from .design_problem import DesignProblem, starts_of
 from .local_search import SearchResult, Trail, search
-from .optimise import METHODS
+from .optimise import METHODS, certified_or_kept
 from .report import ProgressReport, reporter
 from .solve import Method
 from .task import Task
@@ -94,7 +94,7 @@ def pareto(
     if count(points, "points") < 2:
         raise ModelError("A front has two ends: points must be at least 2.")
     one_of(method, "method", METHODS)
-    problem = DesignProblem.of(model, free, objectives, run, constraints, scenarios)
+    problem = DesignProblem.of(model, free, objectives, run, constraints, scenarios, progress)
     problem.evaluator.watch = ProgressReport(problem.evaluator, progress)
 
     def posed(objective: Objective, x: np.ndarray, limits: Mapping[str, Limit]) -> tuple[DesignProblem, Task]:
@@ -112,7 +112,7 @@ def pareto(
         task, z = found.task, found.point.z
         idle = task.idle(z)
         if not np.any(idle) or found.conflict is not None or found.is_interrupted:
-            return certified(stated, found)
+            return certified_or_kept(stated, found)
         _, rest = posed(other, np.asarray(task.free.unscaled(z)), {})
         low, high = rest.bounds
         first = np.asarray(rest.free.scaled(task.free.unscaled(z)))
@@ -120,7 +120,7 @@ def pareto(
         least = search(dataclasses.replace(rest, within=within), first, Trail(), method, most)
         there = least.task.evaluation(least.point.z)
         point = task.point(np.asarray(task.free.scaled(there.x)), there)
-        return certified(stated, dataclasses.replace(found, point=point))
+        return certified_or_kept(stated, dataclasses.replace(found, point=point))
 
     def value(objective: Objective, design: Design[M]) -> float:
         return float(problem.evaluator(design.x).values[problem.evaluator.owners.index(objective.name)])
@@ -134,11 +134,13 @@ def pareto(
         for number, level in enumerate(levels.tolist(), start=1):
             x = designs[number - 1].x
             stated, task = posed(first, x, {second.name: Limit(second.name, "<=", level, second.scale)})
-            designs.insert(number, certified(stated, searched(task, first, x, number)))
+            designs.insert(number, certified_or_kept(stated, searched(task, first, x, number)))
             _raise_interrupted(designs)
         is_interrupted = False
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Exception) as error:
         is_interrupted = True
+        if not isinstance(error, KeyboardInterrupt):
+            warnings.warn(f"The front ended early: {error}", DesignWarning, stacklevel=2)
     values = np.array([[value(objective, design) for objective in objectives] for design in designs])
     return Front((first.name, second.name), (first.scale, second.scale), values, tuple(designs), is_interrupted)
 

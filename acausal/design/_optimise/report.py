@@ -2,7 +2,7 @@
 
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -26,6 +26,17 @@ def reporter(
         print(f"{start}step {step}: {objective.name} {shown}{_worst(task, found.values)}", file=sys.stderr)
 
     return report
+
+
+def say_unbuilt(corners: Iterable[str], wanted: bool | None) -> None:
+    """Prints which corners of the bounds cannot be built, also in logs unless `wanted` is False."""
+    said = [] if is_silent(sys.stderr, wanted) else list(corners)
+    for text in said[:FAILURES]:
+        print(f"corner of the bounds: {text}", file=sys.stderr)
+    if said:
+        more = f"{len(said) - FAILURES} more corners. " if len(said) > FAILURES else ""
+        text = "Narrow the bounds, or state the condition as a constraint: an optimum beyond it has no model."
+        print(f"{more}{text}", file=sys.stderr)
 
 
 class ProgressReport:

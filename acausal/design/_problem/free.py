@@ -14,6 +14,7 @@ from ..._declare.component import Component
 from ..._declare.fields import join
 from ..._declare.node import leaves_of
 from ..._errors import ModelError, ParameterError, suggestion
+from ..._tracing import are_traced
 from ..._units.display import Scale
 from .built import Built
 from .parse import number_in
@@ -204,10 +205,19 @@ def with_numbers(model: M, places: Iterable[Sequence[Place]], x: FloatVector | S
                 arguments.setdefault(built, {})[path.rpartition(".")[2]] = value
                 continue
             whole = changed.get(path, leaves[path])
-            changed[path] = value if index is None else jnp.asarray(whole, float).at[index].set(value)
+            changed[path] = value if index is None else _with_element(whole, index, value)
     for built, given in arguments.items():
         changed = built.leaves(given) | changed
     return replace(model, changed)
+
+
+def _with_element(whole: Any, index: tuple[int, ...], value: Any) -> Any:
+    if are_traced(whole, value):
+        return jnp.asarray(whole, float).at[index].set(value)
+    # jax would dispatch a program for each element of a large array.
+    changed = np.array(whole, float)
+    changed[index] = value
+    return changed
 
 
 def number_at(leaves: Mapping[str, Any], place: Place) -> float:

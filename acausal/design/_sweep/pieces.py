@@ -3,13 +3,14 @@
 import concurrent.futures
 import contextlib
 import os
+import warnings
 from collections.abc import Generator, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..._errors import ArgumentError, SimulationError
+from ..._errors import ArgumentError, DesignWarning, SimulationError
 from .._compute.bar import Bar
 from .._compute.cores import CHUNK, on_all_cores, threads
 from .._problem.types import Executor, Progress
@@ -17,7 +18,7 @@ from .batches import COMPUTED, Batch, Outcomes, Piece, code_names
 from .store import Memory, Store
 
 MemberNumbers: TypeAlias = Int[np.ndarray, " m"]  # numbers of members
-Pieces: TypeAlias = Generator[tuple[MemberNumbers, Piece]]  # members and their outcomes
+Pieces: TypeAlias = Generator[tuple[MemberNumbers, Piece | Exception]]  # members and their outcomes, or an error
 
 
 def evaluated(
@@ -32,11 +33,11 @@ def evaluated(
 ) -> Outcomes:
     """Outcomes of all rows, excluding those already in a store.
 
-    The bar is labelled `what`, and reports the first failures. After a keyboard interrupt, unfinished members have the
-    code `INTERRUPTED`; the interrupt is raised if no member is finished. An executor receives pieces of `chunk`
-    members.
+    The bar is labelled `what`, and reports the first failures. After a keyboard interrupt or the error of a piece,
+    unfinished members have the code `INTERRUPTED`. An executor receives pieces of `chunk` members.
 
-    Raises `SimulationError` if a worker dies and its executor does not replace it.
+    The error of a piece does not end the others. It is a `DesignWarning`, or is raised if a store keeps the finished
+    members or there are none. It is a `SimulationError` if a worker died and its executor did not replace it.
     """
     kept = Memory(len(x), len(batch.columns[0])) if store is None else store
     chunk = chunk if store is None else store.chunk
@@ -44,9 +45,13 @@ def evaluated(
     done = total - len(rows)
     bar(done, total)
     pieces = _on_cores(batch, x, rows) if executor is None else _on_executor(executor, batch, x, rows, chunk)
+    errors: list[Exception] = []
     try:
         with contextlib.closing(pieces):
             for members, piece in pieces:
+                if isinstance(piece, Exception):
+                    errors.append(piece)
+                    continue
                 kept.write(members, piece)
                 for member, code in zip(members.tolist(), piece[1].tolist(), strict=True):
                     if code != COMPUTED:
@@ -57,15 +62,23 @@ def evaluated(
         if not done:
             raise
         bar.say(f"interrupted after {done} of {total} members")
-    except Exception as error:
-        if not _is_death(error):
-            raise
-        raise SimulationError(
-            f"A worker died after {done} of {total} members; the finished ones are {kept.where}."
-        ) from error
     finally:
         kept.close()
+    if errors:
+        _report(errors[0], f"{done} of {total} members of the {what}", kept, is_lost=not done)
     return Outcomes(*kept.read())
+
+
+def _report(error: Exception, finished: str, kept: Memory, *, is_lost: bool) -> None:
+    """Raises the error of a piece if the finished members are in a store or there are none; otherwise warns of it."""
+    reason = "a worker died" if _is_death(error) else str(error) or type(error).__name__
+    text = f"Only {finished} could be computed, because {reason}. They are {kept.where}."
+    if not is_lost and not kept.is_on_disk:
+        warnings.warn(text, DesignWarning, stacklevel=4)
+    elif _is_death(error):
+        raise SimulationError(text) from error
+    else:
+        raise error
 
 
 def compile_together(batches: Sequence[Batch], x: Sequence[np.ndarray]) -> None:
@@ -77,7 +90,13 @@ def compile_together(batches: Sequence[Batch], x: Sequence[np.ndarray]) -> None:
 
 
 def _on_cores(batch: Batch, x: np.ndarray, rows: MemberNumbers) -> Pieces:
-    with contextlib.closing(on_all_cores(batch, x[rows])) as pieces:
+    def tried(members: np.ndarray) -> Piece | Exception:
+        try:
+            return batch(members)
+        except Exception as error:
+            return error
+
+    with contextlib.closing(on_all_cores(tried, x[rows])) as pieces:
         for places, piece in pieces:
             yield rows[places], piece
 
@@ -93,7 +112,10 @@ def _on_executor(executor: Executor, batch: Batch, x: np.ndarray, rows: MemberNu
         )
     try:
         for future in concurrent.futures.as_completed(futures):
-            yield futures[future], future.result()
+            try:
+                yield futures[future], future.result()
+            except Exception as error:
+                yield futures[future], error
     finally:
         for future in futures:
             future.cancel()

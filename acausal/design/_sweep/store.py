@@ -3,6 +3,7 @@
 import hashlib
 import importlib.metadata
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..._declare.node import leaves_of
-from ..._errors import ModelError
+from ..._errors import DesignWarning, ModelError
 from ..._extras import needed
 from .batches import INTERRUPTED, Batch, Piece
 
@@ -30,7 +31,8 @@ _CALLBACK = re.compile(r"custom_call @\w*callback")
 class Memory:
     """Results and codes of numbered members, in memory."""
 
-    where = "lost, as no store was given"
+    where = "in the result, and the others are missing"
+    is_on_disk = False
 
     def __init__(self, n: int, width: int) -> None:
         self._values, self._codes = np.full((n, width), np.nan), np.full(n, OPEN)
@@ -76,6 +78,7 @@ class Store(Memory):
         self.chunk = int(self._column_of_codes.chunks[0])
         stored = [np.asarray(column[:]) for column in (*self._columns, self._column_of_codes)]
         self._values[:], self._codes[:] = np.stack(stored[:-1], axis=1), stored[-1]
+        self.is_on_disk, self._error, self._path = True, "", path
         self._begun: set[int] = set()  # chunks that are not completely in the store
 
     def _check(self, path: Path, study: Mapping[str, str]) -> None:
@@ -96,17 +99,31 @@ class Store(Memory):
     def close(self) -> None:
         for number in list(self._begun):
             self._save(number)
+        if not self.is_on_disk:
+            warnings.warn(
+                f"{self._path} could not be written completely: {self._error}. The members that are not in the store "
+                "are in the result.",
+                DesignWarning,
+                stacklevel=4,
+            )
 
     def _members(self, number: int) -> slice:
         return slice(number * self.chunk, (number + 1) * self.chunk)
 
     def _save(self, number: int) -> None:
-        """Writes a chunk to disk, its codes last, so that an incomplete chunk counts as pending."""
+        """Writes a chunk to disk, its codes last, so that an incomplete chunk counts as pending.
+
+        A chunk that cannot be written, as on a full disk, stays in memory.
+        """
         where = self._members(number)
-        for kept, column in zip(self._columns, self._values.T, strict=True):
-            kept[where] = column[where]
-        self._column_of_codes[where] = self._codes[where].astype("int16")
-        self._begun.discard(number)
+        try:
+            for kept, column in zip(self._columns, self._values.T, strict=True):
+                kept[where] = column[where]
+            self._column_of_codes[where] = self._codes[where].astype("int16")
+        except Exception as error:  # of any backend of zarr
+            self.is_on_disk, self._error = False, str(error) or type(error).__name__
+        else:
+            self._begun.discard(number)
 
 
 def store_of(

@@ -1,9 +1,11 @@
 """`train`: weights of learned laws that minimise a loss, by the optimisers of optax."""
 
+import dataclasses
 import sys
 import time
-from collections.abc import Callable, Sequence
-from typing import Any, Generic, NamedTuple, TypeVar
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Generic, TypeVar
 
 import jax
 import numpy as np
@@ -12,21 +14,35 @@ from jaxtyping import Float
 
 from ..._declare.by_name import parameters, refuse_fixed, replace
 from ..._declare.component import Component
-from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
+from ..._errors import DesignWarning, ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ..._extras import needed
 from ..._integrate.setup.options import count
 from ..._numbers import Scalar
 from ..._progress import compiling, is_read
+from .._problem.corners import why_not_built
 
-M = TypeVar("M", bound=Component)
+M = TypeVar("M", bound=Component, covariant=True)
 EVERY = 1.0  # s between messages
 
 
-class Training(NamedTuple, Generic[M]):
-    """The model of the smallest loss, and the loss before each step and after the last one."""
+@dataclasses.dataclass(frozen=True, eq=False)
+class Training(Generic[M]):
+    """The model of the smallest loss, its `values` by path, and the loss before each step and after the last one.
 
-    model: M
+    If a component refuses the values, there is no model, and `unbuilt` is the reason.
+    """
+
+    _model: M | None
     losses: Float[np.ndarray, " steps"]
+    values: Mapping[str, Array]
+    unbuilt: str = ""
+
+    @property
+    def model(self) -> M:
+        """The model of the smallest loss. Raises `ParameterError` if it cannot be built."""
+        if self._model is None:
+            raise ParameterError(f"No model can be built with the trained values: {self.unbuilt}")
+        return self._model
 
     def __str__(self) -> str:
         first, best = self.losses[0], np.min(self.losses)
@@ -59,8 +75,11 @@ def train(
       `optax.adam(0.01)` for a loss that draws new samples in each step.
     - `progress`: whether to print the loss now and then; by default on a terminal.
 
+    An error after the first step, such as a loss that is not finite, also ends the training with the best model so far,
+    and with a `DesignWarning`.
+
     Raises `UnknownNameError` for an unknown path, `ModelError` without paths or without optax, and `SimulationError` if
-    the loss or its gradient is not finite.
+    the loss or its gradient is not finite before the first step.
     """
     optax = needed("optax", "learn", "train()")
     optimiser = optax.with_extra_args_support(optax.lbfgs() if optimiser is None else optimiser)
@@ -91,10 +110,13 @@ def train(
             if time.monotonic() - said > EVERY and is_read(sys.stderr, progress):
                 said = time.monotonic()
                 print(f"step {number}: loss {losses[-1]:.6g}", file=sys.stderr)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, Exception) as error:
         if not losses:
             raise
-    return Training(replace(model, best), np.array(losses))
+        if not isinstance(error, KeyboardInterrupt):
+            warnings.warn(f"The training ended with the best model so far: {error}", DesignWarning, stacklevel=2)
+    unbuilt = why_not_built(lambda: replace(model, best))
+    return Training(None if unbuilt else replace(model, best), np.array(losses), best, unbuilt)
 
 
 def _values(model: Component, free: Sequence[str]) -> dict[str, Array]:
