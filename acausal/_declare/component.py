@@ -50,6 +50,14 @@ class At(NamedTuple):
     changes: dict[str, Numbers]
 
 
+class Sample(At):
+    """A repeated event that happens together with the others of its instant: what Modelica calls sample(time, every).
+    It does not wait for them, as other repeated events do.
+    """
+
+    __slots__ = ()
+
+
 class Refuse(NamedTuple):
     """A condition that ends a run with an error, and its reason."""
 
@@ -106,8 +114,8 @@ def follow(**changes: Numbers) -> Follow:
     compare the two: `(self.n > self.last_n)`. In each round in which no `ifelse` changes, if any value differs from its
     variable, all of them are set, together with the other events of the round. This ends when nothing differs.
 
-    It causes no event by itself. A value must therefore be constant between events, or it is taken over at the next
-    event. A value that is NaN does not count as different.
+    It causes no event by itself. A value that changes between events is taken over at the next event, just before it:
+    the variable then is the left limit of the value. A value that is NaN does not count as different.
     """
     return Follow(changes)
 

@@ -18,7 +18,7 @@ from .._reduce.flat_model import indexed
 from .._reduce.jaxpr_instants import Instants
 from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
-EventKind = Literal["when", "at", "refuse", "hold", "follow", "started", "remember"]
+EventKind = Literal["when", "at", "sample", "refuse", "hold", "follow", "started", "remember"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -48,7 +48,7 @@ class EventEntry:
     @property
     def is_listed(self) -> bool:
         """Whether the log of a run lists it."""
-        return self.kind in ("when", "at", "refuse") and not self.is_internal
+        return self.kind in ("when", "at", "sample", "refuse") and not self.is_internal
 
     @property
     def is_logged(self) -> bool:
@@ -139,7 +139,7 @@ class EventSet:
     @ft.cached_property
     def schedules(self) -> list[Schedule]:
         """The scheduled entries: single ones, then periodic ones."""
-        pairs = [(n, entry) for n, entry in self.numbered if entry.kind in ("at", "remember")]
+        pairs = [(n, entry) for n, entry in self.numbered if entry.kind in ("at", "sample", "remember")]
         found = []
         for repeats in (False, True):
             own = [(i, n, entry.count) for i, (n, entry) in enumerate(pairs) if entry.repeats == repeats]

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Follow, Refuse, Started, When
+from .._declare.component import At, Component, Event, Follow, Refuse, Sample, Started, When
 from .._declare.history import ROW, Remember
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
@@ -24,6 +24,7 @@ NO_DELAY = "the delay of a recorded signal must be positive. Remedy: correct the
 _KINDS: dict[type, EventKind] = {
     When: "when",
     At: "at",
+    Sample: "sample",
     Refuse: "refuse",
     Follow: "follow",
     Started: "started",

@@ -73,7 +73,7 @@ class EventNumbers:
     @ft.cached_property
     def scheduled(self) -> np.ndarray:
         """Time events: their times are known in advance."""
-        return self._of_kinds("at", "remember", "instant", "started")
+        return self._of_kinds("at", "sample", "remember", "instant", "started")
 
     @ft.cached_property
     def remembers(self) -> np.ndarray:
@@ -117,8 +117,13 @@ class EventNumbers:
 
     @ft.cached_property
     def clocks(self) -> np.ndarray:
-        """Repeating events, which read the values after all other events of their instant."""
+        """Repeating events, which read the values after all other events of their instant, except samples."""
         return self._of_entries(lambda entry: entry.repeats)
+
+    @ft.cached_property
+    def samples(self) -> np.ndarray:
+        """Repeating events that happen together with the other events of their instant, except at the start."""
+        return self._of_kinds("sample")
 
     @ft.cached_property
     def acts(self) -> np.ndarray:
@@ -167,7 +172,7 @@ class EventNumbers:
             any(self.of_time_alone[i] for i in found["holds"] | found["fails"])
             for found in map(literals_of, self.logic)
         ]
-        return AT_ONCE + int(np.sum(reads_time) + np.sum(self._of_kinds("at")))
+        return AT_ONCE + int(np.sum(reads_time) + np.sum(self._of_kinds("at", "sample")))
 
     @property
     def resets_times(self) -> bool:

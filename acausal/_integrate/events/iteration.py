@@ -52,9 +52,10 @@ def settle(
     Events that begin at one instant read the values before all of them. The events that they trigger follow in the next
     round, and so on. When no more events follow, the events `started` happen, and those that they trigger. Then the
     clocks of this instant tick: all of them read the current values and set their variables together; the events that
-    they trigger follow. If the iteration does not converge within a number of rounds, each round executes one event
-    only, the first in the list. Alternatives such as the conduction of diodes then converge like the pivots of a linear
-    complementarity problem (Murty, `Linear Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
+    they trigger follow. Samples do not wait for other events, except at the start. If the iteration does not converge
+    within a number of rounds, each round executes one event only, the first in the list. Alternatives such as the
+    conduction of diodes then converge like the pivots of a linear complementarity problem (Murty, `Linear
+    Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
 
     A relation keeps its truth while its event indicator is within its hysteresis band. `earlier` are the truths before
     the instant; `truths` those after the changes that begin there.
@@ -68,7 +69,9 @@ def settle(
     is_start = order is not None
     none, no, zero = jnp.zeros(events.total, bool), jnp.asarray(False), jnp.asarray(0)
     ticks = triggered & (events.clocks | events.starts)
-    if is_start:
+    if not is_start:
+        ticks &= ~events.samples
+    else:
         ticks &= order >= t - args.tick(t)
     start = Round(
         t=jnp.asarray(t, float),

@@ -118,18 +118,24 @@ class Iteration(NamedTuple):
         triggered &= ~events.nonlinear & ~events.waits
         chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(events, triggered))
         begins = chosen & r.by_time & ~own.is_any
-        fired = jnp.where(own.is_any, own.mask, chosen & ~begins)
+        # Events that time alone triggers happen together with the due ones, before all consequences.
+        fired = jnp.where(own.is_any, own.mask, chosen & ~jnp.any(begins))
+        keeps = own.is_any | (jnp.any(begins) & jnp.any(r.happened & events.acts))
         if self.is_start and events.settings.stop and events.settings.direction is not False:
             # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.
             fired |= events.stops & (here.indicators[-1] == 0) & is_first
-        new, is_bad = changed(events, t, ys[1], here.values, fired, remains, args)
         acts = fired & events.acts
         any_acts = jnp.any(acts)
-        y = jnp.where(any_acts, new, ys[1])
+        setting = fired
+        if not self.is_start:
+            # Due events happen at the left limit, which every `follow` takes over: it may change between events.
+            setting = fired | (own.is_any & events.follows)
+        new, is_bad = changed(events, t, ys[1], here.values, setting, remains, args)
+        y = jnp.where(any_acts | jnp.any(setting), new, ys[1])
         follows = fired | begins
         holds = jnp.where(own.is_any, held, true & (held | follows))
         holds = jnp.where(events.either & ~own.is_any, jnp.where(follows | events.nonlinear, true, held), holds)
-        due, ticks, base, order = self.following(r._replace(due=r.due | begins), own, t, ys, y, jnp.any(fired))
+        due, ticks, base, order = self.following(r._replace(due=r.due | begins), own, keeps, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
         happened = ((fired | listed) & ~events.follows)[: events.n_model]
         is_first_listed = jnp.any(happened & events.is_listed[: events.n_model]) & jnp.all(jnp.isinf(r.before[:1]))
@@ -187,10 +193,10 @@ class Iteration(NamedTuple):
         return held, listed, remains
 
     def following(
-        self, r: Round, own: Own, t: Numbers, ys: Array, y: Array, any_fired: Array
+        self, r: Round, own: Own, keeps: Array, t: Numbers, ys: Array, y: Array, any_fired: Array
     ) -> tuple[Array, Array, Array, Array]:
         """The events due after a round with the result y, the waiting events, the vector that the next round reads, and
-        the times of past events.
+        the times of past events. Due events go on to read the same vector if the round `keeps` it.
         """
         events, args, clocks = self.events, self.args, self.events.clocks
         due, ticks, base, order = r.due & ~own.mask, r.ticks, ys[0], r.order
@@ -213,4 +219,4 @@ class Iteration(NamedTuple):
         # which read the current values.
         is_quiet = ~own.is_any & ~any_fired & ~jnp.any(due)
         next_ones = jnp.where(jnp.any(ticks & ~clocks), ticks & ~clocks, ticks) & is_quiet
-        return due | next_ones, ticks & ~next_ones, jnp.where(own.is_any, base, y), order
+        return due | next_ones, ticks & ~next_ones, jnp.where(keeps, base, y), order

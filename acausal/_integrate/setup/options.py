@@ -155,7 +155,7 @@ def _is_positive(value: Numbers) -> Truth:
 
 def _counts_times(system: System) -> bool:
     """Whether a scheduled event changes a variable."""
-    return system.events is not None and any(e.kind == "at" and e.targets for e in system.events.entries)
+    return system.events is not None and any(e.kind in ("at", "sample") and e.targets for e in system.events.entries)
 
 
 def _lasting(system: System) -> str | None:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..._declare.component import At, Events, Follow, Refuse, Started, When, at, refuse, when
+from ..._declare.component import At, Events, Follow, Refuse, Sample, Started, When, at, refuse, when
 from ..._declare.history import Remember, remember
 from ..._errors import ModelError
 from ..._tracing import is_traced
@@ -84,7 +84,7 @@ class ModelEvents:
         """An expression of the values before the instant of the variables in it."""
         if isinstance(x, e.Ref):
             leaf = self._model.leaves.get(x.name)
-            return e.Builtin("Pre", (x,)) if leaf is not None and leaf.role == "var" else x
+            return e.Builtin("Pre", (x,)) if leaf is not None and leaf.role == "var" and leaf.is_discrete else x
         return mapped(x, self._before)
 
     def _message(self, x: Any) -> str:
@@ -135,7 +135,7 @@ def value_at(node: Any, path: str) -> Any:
 
 def _sample_event(ticks: str, model: Any, values: list[Value]) -> Event:
     start, interval = values
-    return at(start, every=interval, **{ticks: value_at(model, ticks) + 1.0})
+    return Sample(start, interval, {ticks: value_at(model, ticks) + 1.0})
 
 
 def _tick_event(kind: str, names: Sequence[str], model: Any, values: list[Value]) -> Event:

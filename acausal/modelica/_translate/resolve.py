@@ -158,9 +158,12 @@ class _Resolution:
         match found:
             case SlotValue():
                 leaf = self.slots.leaves[found.number]
-                # In a when-clause, `pre` of a continuous variable is its value: states change after the clause.
-                is_same = leaf.role in ("param", "time") or (leaf.role == "var" and not leaf.is_discrete)
-                return found if is_same else self.slots.slot(self.model.previous.leaf(leaf))
+                if leaf.role in ("param", "time"):
+                    return found
+                previous: Any = self.slots.slot(self.model.previous.leaf(leaf))
+                now: Any = found
+                # At the start, `pre` of a continuous variable is its value (Modelica 3.6, section 8.6).
+                return previous if leaf.is_discrete else e.If(((self._named("initial_"), now),), previous)
             case e.Subscript():
                 return e.Subscript(self._previous(found.base), found.subs)
             case e.ArrayOf():

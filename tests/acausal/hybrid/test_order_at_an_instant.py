@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, at, eq, simulate, when
+from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, simulate, when
 
 READ = ("state", "steps", "counted", "algebraic")
 
@@ -95,3 +95,20 @@ def test_clocks_read_each_others_old_values() -> None:
         x += a * (h if i < 10 else 0.5 * h)
     final = simulate(Exchange(h=h), 10.5 * h, save="end", rtol=1e-9).final
     np.testing.assert_allclose(np.array([final.a, final.b, final.x]), [a, b, x], rtol=1e-9)
+
+
+class TimedTwice(Component):
+    """Two events at one time, one of them by a condition on time, which read what the other one sets."""
+
+    jump: Param[Scalar, "s"] = 0.5
+    t: Time[Scalar, "s"] = 0.0
+    a: Discrete[Scalar, "1"] = 1.0
+    b: Discrete[Scalar, "1"] = 2.0
+
+    def events(self) -> Events:
+        return dict(first=at(self.jump, a=self.b + 10.0), second=when(self.t > self.jump, b=self.a + 100.0))
+
+
+def test_a_condition_on_time_reads_the_values_before_a_simultaneous_event() -> None:
+    final = simulate(TimedTwice(), 1.0, save="end").final
+    assert (float(final.a), float(final.b)) == (12.0, 101.0)
