@@ -10,7 +10,7 @@ import pytest
 from _models import oscillator, rc
 from test_events import Ball
 
-from acausal import ModelError, simulate
+from acausal import Component, Equations, ModelError, Param, Scalar, UnresolvedWarning, Var, eq, simulate
 from acausal._integrate.setup import settings
 
 E0 = 0.7
@@ -88,11 +88,93 @@ def test_derivatives_of_a_peak(mode: Any) -> None:
     """The height of the rebound is e^2, and its time that of the fall times 1 + e."""
 
     def peak(e: Any) -> Any:
-        return simulate(Ball(h=1.0, e=e), 1.0, rtol=1e-9, save="dense").peak(lambda s: s.h - 0.6 * (s.h > 0.6))
+        solution = simulate(Ball(h=1.0, e=e), 1.0, rtol=1e-9, save="dense")
+        return solution.peak(lambda s: jnp.where(s.v > -1.0, s.h, 0.0) * (s.h < 0.6))
 
     value, time = jax.jit(mode(peak))(E0)
     np.testing.assert_allclose(value, 2.0 * E0, rtol=1e-6)
     np.testing.assert_allclose(time, np.sqrt(2.0 / G), rtol=1e-5)
+
+
+class Swing(Component):
+    """x = sin(w t) / w."""
+
+    w: Param[Scalar, "1/s"] = 1.0
+    x: Var[Scalar, "1"] = 0.0
+    v: Var[Scalar, "1/s"] = 1.0
+
+    def equations(self, d: Any) -> Equations:
+        return dict(speed=eq(d.x, self.v, check_units=False), spring=eq(d.v, -(self.w**2) * self.x, check_units=False))
+
+
+def hump(w: Any, level: float) -> Any:
+    """The integral of max(x - level, 0) over one half-wave, and the time above the level."""
+    a = jnp.arcsin(level * w)
+    return 2.0 / w * (jnp.cos(a) / w - level * (0.5 * jnp.pi - a)), (jnp.pi - 2.0 * a) / w
+
+
+@pytest.mark.parametrize("level", [0.9, pytest.param(0.3, marks=pytest.mark.thorough)])
+@pytest.mark.parametrize("rtol", [1e-8, pytest.param(1e-5, marks=pytest.mark.thorough)])
+def test_integrals_through_kinks_jumps_and_spikes_within_steps(rtol: float, level: float) -> None:
+    def functions(s: Swing) -> dict[str, Any]:
+        return {
+            "kink": jnp.maximum(s.x - level, 0.0),
+            "jump": jnp.where(s.x > level, 1.0, 0.0),
+            "spike": jnp.exp(-(((s.x - level) / 0.02) ** 2)),
+            "zero": 0.0 * s.x,
+        }
+
+    found = simulate(Swing(), 4.0, rtol=rtol).integral(functions)
+    kink, jump = hump(1.0, level)
+    t = np.linspace(0.0, 4.0, 400001)
+    spike = np.mean(np.exp(-(((np.sin(t[:-1]) - level) / 0.02) ** 2))) * 4.0
+    exact = {"kink": kink, "jump": jump, "spike": spike, "zero": 0.0}
+    for name, value in exact.items():
+        np.testing.assert_allclose(found[name], value, rtol=30.0 * rtol, atol=1e-12, err_msg=name)
+
+
+@pytest.mark.thorough
+def test_integrals_through_kinks_have_their_derivatives_in_both_modes() -> None:
+    def integral(w: Any) -> Any:
+        solution = simulate(Swing(w=w), 4.0, rtol=1e-10, save="dense", max_steps=512)
+        return solution.integral(lambda s: jnp.maximum(s.x - 0.9, 0.0))
+
+    exact = jax.grad(lambda w: hump(w, 0.9)[0])
+    found = [jax.jit(jax.jacfwd(integral))(0.98), jax.jit(jax.jacrev(integral))(0.98), jax.grad(integral)(0.98)]
+    np.testing.assert_allclose(found, exact(0.98), rtol=1e-7)
+
+
+@pytest.mark.thorough
+def test_an_integral_that_does_not_converge_is_reported() -> None:
+    def noise(s: Swing) -> Any:
+        return jnp.sin(1e14 * s.x)
+
+    with pytest.warns(UnresolvedWarning, match=r"estimated error of sol\.integral"):
+        simulate(Swing(), 1.0).integral(noise)
+
+
+@pytest.mark.thorough
+def test_an_integral_that_does_not_converge_is_an_error_within_transformations() -> None:
+    def noise(w: Any) -> Any:
+        return simulate(Swing(w=w), 1.0, save="dense", max_steps=64).integral(lambda s: jnp.sin(1e14 * s.x))
+
+    with pytest.raises(RuntimeError, match="estimated error"):
+        jax.jit(noise)(1.0)
+
+
+@pytest.mark.parametrize("rtol", [1e-8, pytest.param(1e-4, marks=pytest.mark.thorough)])
+def test_narrow_peaks_and_kinks_within_steps(rtol: float) -> None:
+    def functions(s: Swing) -> dict[str, Any]:
+        return {
+            "narrow": jnp.exp(-(((s.x - 0.5) / 0.03) ** 2)) * (s.v > 0.0),
+            "kink": jnp.minimum(s.v, s.x),
+            "spike": -jnp.sqrt(jnp.abs(s.x - 0.7)) - (s.v < 0.0),
+        }
+
+    found = simulate(Swing(), 4.0, rtol=rtol).peak(functions)
+    exact = {"narrow": (1.0, np.pi / 6.0), "kink": (np.sqrt(0.5), np.pi / 4.0), "spike": (0.0, np.arcsin(0.7))}
+    for name, peak in exact.items():
+        np.testing.assert_allclose(found[name], peak, rtol=30.0 * rtol, atol=1e-4 if name == "spike" else 0.0)
 
 
 @pytest.mark.thorough

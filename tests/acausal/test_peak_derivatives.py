@@ -63,7 +63,12 @@ def stopped(c: Scalar, wall: Scalar) -> dict[str, Any]:
     return simulate(model, 3.0, until=lambda s: s.x + wall, peaks=looked_at, rtol=1e-10, save="end").peaks
 
 
-@pytest.mark.parametrize("run", [hit, stopped])
+def read(c: Scalar, wall: Scalar) -> dict[str, Any]:
+    """The same as `hit`, read after the run."""
+    return simulate(Bouncing(c=c, wall=wall), 1.2, rtol=1e-10, save="dense", max_steps=256).peak(looked_at)
+
+
+@pytest.mark.parametrize("run", [hit, stopped, pytest.param(read, marks=pytest.mark.thorough)])
 @pytest.mark.parametrize("mode", ["forward", pytest.param("reverse", marks=pytest.mark.slow)])
 def test_second_derivatives_of_values_and_times(run: Callable[..., dict[str, Any]], mode: str) -> None:
     def both(x: Any) -> Any:

@@ -1,4 +1,13 @@
-"""Maxima of functions along the path of a step."""
+"""Maxima of functions along the path of a step, with derivatives of their values and times.
+
+A maximum within a step is a zero of the rate along the dense output. With the rate r and its slope r' close to it,
+
+    t* = t - r / r',    g* = g - r^2 / (2 r')
+
+is a Newton step. Its derivatives are those of the extremum, by the implicit function theorem and the envelope theorem.
+A kink is the intersection of the tangents from both sides. A second Newton step, from points that move with the result
+of the first one, also has the correct second derivatives.
+"""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -16,6 +25,14 @@ NODES = 2  # number of parts of a step at whose ends rates are evaluated, if no 
 # maximum is bracketed: from there, one Newton step finds it.
 CLOSE = 1e-5
 FIRST = 5  # Newton steps; a maximum that needs more is not smooth, or not simple
+DERIVATIVES = 2  # highest correct order of differentiation; each order takes one Newton step
+
+
+class Peak(NamedTuple):
+    """The largest value of a function, and its time."""
+
+    value: Array
+    time: Array
 
 
 class Turn(NamedTuple):
@@ -136,6 +153,42 @@ def highest_turns(sample: Callable[[Numbers], PathSample], start: Numbers, end: 
         age=jnp.zeros(n, int), x=jnp.full(n, start), best=best, top=Turn(point.t, point.t, nothing - 1.0, ~none, none),
     )  # fmt: skip
     return jax.lax.while_loop(is_on_the_way, evaluated, first).top
+
+
+def located(turn: Turn, along: Callable[[Array], tuple[Array, Array]], others: Array) -> tuple[Peak, Array]:
+    """The maxima with their derivatives, and the functions at `others`, further positions.
+
+    `along` gives the functions and their rates at positions, [positions, functions]. One loop evaluates it, so that it
+    is compiled once.
+    """
+    n = len(turn.low)
+
+    def again(shift: Array, _: None) -> tuple[Array, tuple[Peak, Array]]:
+        x = jnp.concatenate([turn.low + shift, turn.high + shift, others])
+        found, rates = along(x)
+        low, high = ((_own(found[part]), _own(rates[part]), x[part]) for part in (slice(n), slice(n, 2 * n)))
+        top = _extremum(turn, low, high)
+        # Zero, with the derivatives of the time of the extremum.
+        return jnp.where(turn.exists, top.time - jax.lax.stop_gradient(top.time), 0.0), (top, found[2 * n :])
+
+    tops, found = jax.lax.scan(again, jnp.zeros(n), None, length=DERIVATIVES)[1]
+    return Peak(tops.value[-1], tops.time[-1]), found[-1]
+
+
+def _own(part: Array) -> Array:
+    """The diagonal of [functions, positions]: each function at the position of its own peak."""
+    return jnp.diagonal(part)
+
+
+def _extremum(turn: Turn, low: tuple[Array, Array, Array], high: tuple[Array, Array, Array]) -> Peak:
+    """The peaks between two times, from the values and rates at both times."""
+    (g, rate, t), (g_high, rate_high, t_high) = low, high
+    bend = jnp.where(turn.bend < 0.0, turn.bend, -jnp.inf)
+    smooth = Peak(g - rate**2 / (2.0 * bend), t - rate / bend)
+    fall = rate - rate_high
+    ahead = (g_high - g - rate_high * (t_high - t)) / jnp.where(turn.is_smooth | (fall == 0.0), 1.0, fall)
+    kink = Peak(g + rate * ahead, t + ahead)
+    return Peak(*(jnp.where(turn.is_smooth, a, b) for a, b in zip(smooth, kink, strict=True)))
 
 
 def _within(x: Array, low: PathSample, high: PathSample, part: Array) -> Array:

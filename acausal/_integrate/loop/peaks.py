@@ -2,7 +2,6 @@
 
 import dataclasses
 import functools as ft
-from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +9,7 @@ from jax import Array
 
 from ..._evaluate.groups import Segments
 from ..._numbers import Numbers
-from ..events.turns import Turn, highest_turns
+from ..events.turns import Peak, highest_turns, located
 from ..setup.field import RunArgs, values_of, wanted_pairs
 from ..setup.settings import Settings
 from ..setup.user_function import UserFunction
@@ -18,28 +17,10 @@ from ..step.correction import share
 from ..step.interval import EVALUATIONS, PathSample, corrected_sample, sample
 from ..step.span import Span
 
-DERIVATIVES = 2  # highest correct order of differentiation; each order takes one Newton step
-
-
-class Peak(NamedTuple):
-    """The largest value over a run, and its time."""
-
-    value: Array
-    time: Array
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Peaks:
-    """The functions with requested peaks, and their peaks up to the end of a step.
-
-    A maximum within a step is a zero of the rate along the dense output. With the rate r and its slope r' close to it,
-
-        t* = t - r / r',    g* = g - r^2 / (2 r')
-
-    is a Newton step. Its derivatives are those of the extremum, by the implicit function theorem and the envelope
-    theorem. A kink is the intersection of the tangents from both sides. A second Newton step, from points that move
-    with the result of the first one, also has the correct second derivatives.
-    """
+    """The functions with requested peaks, and their peaks up to the end of a step."""
 
     settings: Settings
 
@@ -106,38 +87,13 @@ class Peaks:
         held_path, held_args = jax.lax.stop_gradient((path, args))
         held_ends = jax.lax.stop_gradient((path.t0, end, best.value))
         turn = highest_turns(ft.partial(self._sample, held_path, held_args), *held_ends)
-        n = len(best.value)
         last = jnp.ravel(path.fixed_time(end))
-
-        def again(shift: Array, _: None) -> tuple[Array, tuple[Peak, Array]]:
-            x = jnp.concatenate([turn.low + shift, turn.high + shift, last])
-            found, rates = jax.vmap(lambda t: self._along(t, path, args))(x)
-            low, high = ((_own(found[part]), _own(rates[part]), x[part]) for part in (slice(n), slice(n, 2 * n)))
-            top = _extremum(turn, low, high)
-            # Zero, with the derivatives of the time of the extremum.
-            return jnp.where(turn.exists, top.time - jax.lax.stop_gradient(top.time), 0.0), (top, found[-1])
-
-        tops, ends = jax.lax.scan(again, jnp.zeros(n), None, length=DERIVATIVES)[1]
-        inside = Peak(tops.value[-1], jnp.asarray(path.moving_time(tops.time[-1])))
+        top, ends = located(turn, jax.vmap(lambda t: self._along(t, path, args)), last)
+        n = len(best.value)
+        inside = Peak(top.value, jnp.asarray(path.moving_time(top.time)))
         before = Peak(ends[-1], jnp.full(n, end))
         after = Peak(self.values(forward * end, y, args), jnp.full(n, end))
         for one, counts in ((inside, turn.exists), (before, True), (after, True)):
             is_higher = counts & (one.value > best.value)
             best = Peak(*(jnp.where(is_higher, a, b) for a, b in zip(one, best, strict=True)))
         return jnp.concatenate(best)
-
-
-def _own(part: Array) -> Array:
-    """The diagonal of [functions, positions]: each function at the position of its own peak."""
-    return jnp.diagonal(part)
-
-
-def _extremum(turn: Turn, low: tuple[Array, Array, Array], high: tuple[Array, Array, Array]) -> Peak:
-    """The peaks between two times, from the values and rates at both times."""
-    (g, rate, t), (g_high, rate_high, t_high) = low, high
-    bend = jnp.where(turn.bend < 0.0, turn.bend, -jnp.inf)
-    smooth = Peak(g - rate**2 / (2.0 * bend), t - rate / bend)
-    fall = rate - rate_high
-    ahead = (g_high - g - rate_high * (t_high - t)) / jnp.where(turn.is_smooth | (fall == 0.0), 1.0, fall)
-    kink = Peak(g + rate * ahead, t + ahead)
-    return Peak(*(jnp.where(turn.is_smooth, a, b) for a, b in zip(smooth, kink, strict=True)))

@@ -129,7 +129,7 @@ def _cell(value: Numbers) -> str:
 def energy_of(solution: "Solution") -> EnergyAccount:
     """See `Solution.energy`."""
     requested = {} if solution._integrals_tree is None else solution._integrals(solution._end_integrals)["energy"]
-    integrals = requested or solution.integral(powers)
+    integrals = requested or solution._integrals_over_run(powers, alike=True)
     before, after = stored(solution._view(*solution._start)), stored(solution.final)
     events = solution.system.events
     losses = {} if events is None else _by_label(events.labels, solution._losses if requested else _lost(solution))
