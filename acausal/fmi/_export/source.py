@@ -19,9 +19,13 @@ INCLUDES = """#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>"""
-CANNOT_SET = "Only parameters, inputs, states and discrete variables can be set."
+CANNOT_SET = (
+    "Only inputs, parameters, states and discrete variables can be set: states and discrete variables until the end of "
+    "the initialisation, parameters at events and between steps of co-simulation."
+)
 
 
 def part(name: str) -> str:
@@ -58,7 +62,10 @@ def _constants(model: CModel, about: About, variables: Variables) -> str:
 
 
 def _places(variables: Variables) -> str:
-    settable = [v.space in ("x", "p", "d") for v in variables.all]
+    # The modes in which a variable can be set: none; before the start; also between steps; or also during a step.
+    settable = [
+        3 if v.causality == "input" else 2 if v.space == "p" else int(v.space in ("x", "d")) for v in variables.all
+    ]
     spaces = "".join(v.space for v in variables.all)
     return "\n\n".join(
         [
@@ -66,7 +73,7 @@ def _places(variables: Variables) -> str:
             f'static const char fmu_space_of[] = "{spaces}";',
             array("fmu_place_of", np.array([v.place for v in variables.all]), "i"),
             array("fmu_sign_of", np.array([v.sign for v in variables.all]), "i"),
-            array("fmu_is_settable", np.array(settable, int), "i"),
+            array("fmu_settable", np.array(settable, int), "i"),
         ]
     )
 

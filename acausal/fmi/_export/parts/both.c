@@ -7,6 +7,7 @@
 
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 typedef unsigned int Reference;
+#define SETTABLE (INSTANTIATED | INITIALISING | AT_EVENT | CONTINUOUS | BETWEEN_STEPS)
 
 static int fmu_status(int is_fine)
 {
@@ -21,38 +22,45 @@ EXPORT void FMI_FreeInstance(void *instance)
 EXPORT int FMI_ExitInitializationMode(void *instance)
 {
     Instance *i = instance;
-    if (!fmu_end_initialisation(i))
+    if (!fmu_is_allowed(i, INITIALISING, "ExitInitializationMode"))
         return ERROR;
-    return fmu_status(!i->is_co_simulation || fmu_do_events(i) >= 0);
+    const int is_fine = fmu_end_initialisation(i) && (!i->is_co_simulation || fmu_do_events(i) >= 0);
+    fmu_changes(i, !is_fine ? FAILED : i->is_co_simulation ? BETWEEN_STEPS : AT_EVENT);
+    return fmu_status(is_fine);
 }
 
-/* Changes of the mode, which need nothing here: values are evaluated when they are asked for. */
-#define MODE(name)                                                                                                     \
+/* Changes of the mode: values are evaluated when they are asked for. */
+#define MODE(name, from, to)                                                                                           \
     EXPORT int FMI_##name(void *instance)                                                                              \
     {                                                                                                                  \
-        (void)instance;                                                                                                \
-        return OK;                                                                                                     \
+        return fmu_status(fmu_is_allowed(instance, from, #name) && fmu_changes(instance, to));                         \
     }
 
-MODE(EnterEventMode)
-MODE(EnterContinuousTimeMode)
-MODE(Terminate)
+MODE(EnterEventMode, AT_EVENT | CONTINUOUS, AT_EVENT)
+MODE(EnterContinuousTimeMode, AT_EVENT, CONTINUOUS)
+MODE(Terminate, AT_EVENT | CONTINUOUS | BETWEEN_STEPS | DISCARDED, TERMINATED)
 
 EXPORT int FMI_Reset(void *instance)
 {
+    if (!instance)
+        return ERROR;
     fmu_begin(instance);
     return OK;
 }
 
 EXPORT int FMI_SetTime(void *instance, double time)
 {
+    if (!fmu_is_exchange(instance, AT_EVENT | CONTINUOUS, "SetTime"))
+        return ERROR;
+    if (!isfinite(time))
+        return fmu_status(fmu_report(instance, "A time must be finite."));
     fmu_set_time(instance, time);
     return OK;
 }
 
 EXPORT int FMI_SetContinuousStates(void *instance, const double states[], size_t n)
 {
-    if (n != N_OWN)
+    if (!fmu_is_exchange(instance, CONTINUOUS, "SetContinuousStates") || !fmu_is_array(instance, states, n, N_OWN))
         return ERROR;
     fmu_set_states(instance, states);
     return OK;
@@ -60,7 +68,7 @@ EXPORT int FMI_SetContinuousStates(void *instance, const double states[], size_t
 
 EXPORT int FMI_GetEventIndicators(void *instance, double z[], size_t n)
 {
-    if (n != N_INDICATORS)
+    if (!fmu_is_exchange(instance, EVALUATED, "GetEventIndicators") || !fmu_is_array(instance, z, n, N_INDICATORS))
         return ERROR;
     fmu_indicators(instance, z);
     return OK;
@@ -68,7 +76,7 @@ EXPORT int FMI_GetEventIndicators(void *instance, double z[], size_t n)
 
 EXPORT int FMI_GetContinuousStates(void *instance, double states[], size_t n)
 {
-    if (n != N_OWN)
+    if (!fmu_is_exchange(instance, EVALUATED, "GetContinuousStates") || !fmu_is_array(instance, states, n, N_OWN))
         return ERROR;
     fmu_get_states(instance, states);
     return OK;
@@ -76,8 +84,8 @@ EXPORT int FMI_GetContinuousStates(void *instance, double states[], size_t n)
 
 EXPORT int FMI_GetNominalsOfContinuousStates(void *instance, double nominals[], size_t n)
 {
-    (void)instance;
-    if (n != N_OWN)
+    if (!fmu_is_exchange(instance, INSTANTIATED | EVALUATED, "GetNominalsOfContinuousStates") ||
+        !fmu_is_array(instance, nominals, n, N_OWN))
         return ERROR;
     for (int k = 0; k < N_OWN; k++)
         nominals[k] = fmu_nominal[fmu_own_state[k]];

@@ -1,5 +1,6 @@
 /* The functions of FMI 2.0. */
 enum { MODEL_EXCHANGE, CO_SIMULATION };
+#define STEPPED (BETWEEN_STEPS | DISCARDED | TERMINATED)
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 
 typedef struct {
@@ -57,17 +58,21 @@ EXPORT void *fmi2Instantiate(const char *name, int type, const char *token, cons
 EXPORT int fmi2SetupExperiment(void *instance, int has_tolerance, double tolerance, double start, int has_stop,
                                double stop)
 {
-    (void)has_stop, (void)stop;
-    fmu_begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0);
-    return OK;
+    if (!fmu_is_allowed(instance, INSTANTIATED, "SetupExperiment"))
+        return ERROR;
+    return fmu_status(
+        fmu_begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0, has_stop ? stop : INFINITY));
 }
 
-MODE(EnterInitializationMode)
+MODE(EnterInitializationMode, INSTANTIATED, INITIALISING)
 
 /* Variables: all are real numbers. */
 
 EXPORT int fmi2GetReal(void *instance, const Reference references[], size_t n, double values[])
 {
+    if (!fmu_is_allowed(instance, EVALUATED | FAILED, "GetReal") || !fmu_is_array(instance, references, n, n) ||
+        !fmu_is_array(instance, values, n, n))
+        return ERROR;
     for (size_t k = 0; k < n; k++)
         if (!fmu_get_value(instance, references[k], &values[k]))
             return fmu_status(fmu_report(instance, "A value is asked of a variable that does not exist."));
@@ -76,6 +81,9 @@ EXPORT int fmi2GetReal(void *instance, const Reference references[], size_t n, d
 
 EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, const double values[])
 {
+    if (!fmu_is_allowed(instance, SETTABLE, "SetReal") || !fmu_is_array(instance, references, n, n) ||
+        !fmu_is_array(instance, values, n, n))
+        return ERROR;
     for (size_t k = 0; k < n; k++)
         if (!fmu_set_value(instance, references[k], values[k]))
             return fmu_status(fmu_report(instance, CANNOT_SET));
@@ -85,13 +93,13 @@ EXPORT int fmi2SetReal(void *instance, const Reference references[], size_t n, c
 #define OTHER_TYPE(name, type)                                                                                         \
     EXPORT int fmi2Get##name(void *instance, const Reference references[], size_t n, type values[])                    \
     {                                                                                                                  \
-        (void)instance, (void)references, (void)values;                                                                \
-        return fmu_status(n == 0);                                                                                     \
+        (void)references, (void)values;                                                                                \
+        return fmu_status(n == 0 && fmu_is_allowed(instance, EVALUATED | FAILED, "Get" #name));                        \
     }                                                                                                                  \
     EXPORT int fmi2Set##name(void *instance, const Reference references[], size_t n, const type values[])              \
     {                                                                                                                  \
-        (void)instance, (void)references, (void)values;                                                                \
-        return fmu_status(n == 0);                                                                                     \
+        (void)references, (void)values;                                                                                \
+        return fmu_status(n == 0 && fmu_is_allowed(instance, SETTABLE, "Set" #name));                                  \
     }
 
 typedef const char *String;
@@ -103,12 +111,12 @@ OTHER_TYPE(String, String)
 
 EXPORT int fmi2GetFMUstate(void *instance, void **copy)
 {
-    return fmu_status(fmu_copy_state(instance, copy));
+    return fmu_status(instance && fmu_copy_state(instance, copy));
 }
 
 EXPORT int fmi2SetFMUstate(void *instance, void *copy)
 {
-    return fmu_status(fmu_restore_state(instance, copy));
+    return fmu_status(instance && fmu_restore_state(instance, copy));
 }
 
 EXPORT int fmi2FreeFMUstate(void *instance, void **copy)
@@ -123,7 +131,9 @@ EXPORT int fmi2FreeFMUstate(void *instance, void **copy)
 
 EXPORT int fmi2SerializedFMUstateSize(void *instance, void *copy, size_t *size)
 {
-    (void)instance, (void)copy;
+    (void)copy;
+    if (!instance || !size)
+        return ERROR;
     *size = sizeof(State);
     return OK;
 }
@@ -131,7 +141,7 @@ EXPORT int fmi2SerializedFMUstateSize(void *instance, void *copy, size_t *size)
 EXPORT int fmi2SerializeFMUstate(void *instance, void *copy, char bytes[], size_t size)
 {
     (void)instance;
-    if (!copy || size < sizeof(State))
+    if (!copy || !bytes || size < sizeof(State))
         return ERROR;
     memcpy(bytes, copy, sizeof(State));
     return OK;
@@ -139,7 +149,7 @@ EXPORT int fmi2SerializeFMUstate(void *instance, void *copy, char bytes[], size_
 
 EXPORT int fmi2DeSerializeFMUstate(void *instance, const char bytes[], size_t size, void **copy)
 {
-    if (size != sizeof(State) || !fmu_copy_state(instance, copy))
+    if (!instance || !bytes || size != sizeof(State) || !fmu_copy_state(instance, copy))
         return ERROR;
     memcpy(*copy, bytes, size);
     return OK;
@@ -148,6 +158,10 @@ EXPORT int fmi2DeSerializeFMUstate(void *instance, const char bytes[], size_t si
 EXPORT int fmi2GetDirectionalDerivative(void *instance, const Reference unknowns[], size_t n_unknowns,
                                         const Reference knowns[], size_t n_knowns, const double seeds[], double found[])
 {
+    if (!fmu_is_allowed(instance, EVALUATED, "GetDirectionalDerivative") ||
+        !fmu_is_array(instance, unknowns, n_unknowns, n_unknowns) || !fmu_is_array(instance, found, n_unknowns, n_unknowns) ||
+        !fmu_is_array(instance, knowns, n_knowns, n_knowns) || !fmu_is_array(instance, seeds, n_knowns, n_knowns))
+        return ERROR;
     return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
 
@@ -155,6 +169,8 @@ EXPORT int fmi2GetDirectionalDerivative(void *instance, const Reference unknowns
 
 EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
 {
+    if (!fmu_is_allowed(instance, AT_EVENT, "NewDiscreteStates") || !fmu_is_array(instance, info, 1, 1))
+        return ERROR;
     const int changed = fmu_do_events(instance);
     info->again = info->nominals = 0;
     info->ends = changed < 0;
@@ -167,6 +183,8 @@ EXPORT int fmi2NewDiscreteStates(void *instance, EventInfo *info)
 EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enters_events, int *ends)
 {
     (void)no_return;
+    if (!fmu_is_allowed(instance, CONTINUOUS, "CompletedIntegratorStep") || !enters_events || !ends)
+        return ERROR;
     fmu_end_step(instance);
     *enters_events = *ends = 0;
     return OK;
@@ -174,7 +192,9 @@ EXPORT int fmi2CompletedIntegratorStep(void *instance, int no_return, int *enter
 
 EXPORT int fmi2GetDerivatives(void *instance, double rates[], size_t n)
 {
-    return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
+    if (!fmu_is_exchange(instance, EVALUATED, "GetDerivatives") || !fmu_is_array(instance, rates, n, N_OWN))
+        return ERROR;
+    return fmu_rates_of(instance, rates) ? OK : DISCARD;
 }
 
 /* Co-simulation. */
@@ -183,22 +203,22 @@ EXPORT int fmi2SetRealInputDerivatives(void *instance, const Reference reference
                                        const double values[])
 {
     (void)references, (void)orders, (void)values;
+    if (!fmu_is_allowed(instance, INSTANTIATED | INITIALISING | BETWEEN_STEPS, "SetRealInputDerivatives"))
+        return ERROR;
     return n ? fmu_status(fmu_report(instance, "Inputs are constant during a step.")) : OK;
 }
 
 EXPORT int fmi2GetRealOutputDerivatives(void *instance, const Reference references[], size_t n, const int orders[],
                                         double values[])
 {
-    (void)instance, (void)references, (void)orders, (void)values;
-    return fmu_status(n == 0);
+    (void)references, (void)orders, (void)values;
+    return fmu_status(n == 0 && fmu_is_allowed(instance, STEPPED, "GetRealOutputDerivatives"));
 }
 
 EXPORT int fmi2DoStep(void *instance, double time, double step, int no_return)
 {
-    Instance *i = instance;
     (void)no_return;
-    const int result = fmu_advance(i, time + step);
-    i->work.has_ended = result < 0;
+    const int result = fmu_step(instance, time, step);
     return result > 0 ? OK : result < 0 ? DISCARD : ERROR;
 }
 
@@ -210,32 +230,36 @@ EXPORT int fmi2CancelStep(void *instance)
 
 EXPORT int fmi2GetStatus(void *instance, int kind, int *value)
 {
-    (void)instance, (void)kind, (void)value;
-    return DISCARD;
+    (void)kind, (void)value;
+    return fmu_is_allowed(instance, STEPPED, "GetStatus") ? DISCARD : ERROR;
 }
 
 EXPORT int fmi2GetRealStatus(void *instance, int kind, double *value)
 {
     enum { LAST_TIME = 2 };
+    if (!fmu_is_allowed(instance, STEPPED, "GetRealStatus") || !value)
+        return ERROR;
     *value = ((Instance *)instance)->state.model.t;
     return kind == LAST_TIME ? OK : DISCARD;
 }
 
 EXPORT int fmi2GetIntegerStatus(void *instance, int kind, int *value)
 {
-    (void)instance, (void)kind, (void)value;
-    return DISCARD;
+    (void)kind, (void)value;
+    return fmu_is_allowed(instance, STEPPED, "GetIntegerStatus") ? DISCARD : ERROR;
 }
 
 EXPORT int fmi2GetBooleanStatus(void *instance, int kind, int *value)
 {
     enum { ENDED = 3 };
+    if (!fmu_is_allowed(instance, STEPPED, "GetBooleanStatus") || !value)
+        return ERROR;
     *value = ((Instance *)instance)->work.has_ended;
     return kind == ENDED ? OK : DISCARD;
 }
 
 EXPORT int fmi2GetStringStatus(void *instance, int kind, const char **value)
 {
-    (void)instance, (void)kind, (void)value;
-    return DISCARD;
+    (void)kind, (void)value;
+    return fmu_is_allowed(instance, STEPPED, "GetStringStatus") ? DISCARD : ERROR;
 }

@@ -1,4 +1,6 @@
 /* The functions of FMI 3.0. */
+#define GETTABLE (INSTANTIATED | EVALUATED | FAILED)
+#define STEPPED (BETWEEN_STEPS | DISCARDED | TERMINATED)
 typedef void (*Logger)(void *, int, const char *, const char *);
 
 static void fmu_log_error(Instance *i, const char *text)
@@ -45,8 +47,13 @@ EXPORT void *fmi3InstantiateCoSimulation(const char *name, const char *token, co
                                          const Reference intermediate[], size_t n_intermediate, void *environment,
                                          Logger logger, void *update)
 {
-    (void)resources, (void)visible, (void)logging, (void)event_mode, (void)early_return, (void)intermediate;
-    (void)n_intermediate, (void)update;
+    (void)resources, (void)visible, (void)logging, (void)early_return, (void)intermediate, (void)n_intermediate;
+    (void)update;
+    if (event_mode) {
+        if (logger)
+            logger(environment, ERROR, "error", "This FMU has no event mode in co-simulation.");
+        return 0;
+    }
     return fmu_instantiate(name, token, environment, logger, 1);
 }
 
@@ -63,18 +70,21 @@ EXPORT void *fmi3InstantiateScheduledExecution(const char *name, const char *tok
 EXPORT int fmi3EnterInitializationMode(void *instance, bool has_tolerance, double tolerance, double start,
                                        bool has_stop, double stop)
 {
-    Instance *i = instance;
-    (void)has_stop, (void)stop;
-    fmu_begin_initialisation(i, start, has_tolerance ? tolerance : 0.0);
-    return OK;
+    return fmu_status(fmu_is_allowed(instance, INSTANTIATED, "EnterInitializationMode") &&
+                      fmu_begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0,
+                                               has_stop ? stop : INFINITY) &&
+                      fmu_changes(instance, INITIALISING));
 }
 
 /* Variables: all are real numbers. */
 
 EXPORT int fmi3GetFloat64(void *instance, const Reference references[], size_t n, double values[], size_t n_values)
 {
+    if (!fmu_is_allowed(instance, GETTABLE, "GetFloat64") || !fmu_is_array(instance, references, n, n_values) ||
+        !fmu_is_array(instance, values, n_values, n))
+        return ERROR;
     for (size_t k = 0; k < n; k++)
-        if (n != n_values || !fmu_get_value(instance, references[k], &values[k]))
+        if (!fmu_get_value(instance, references[k], &values[k]))
             return fmu_status(fmu_report(instance, "A value is asked of a variable that does not exist."));
     return OK;
 }
@@ -82,8 +92,11 @@ EXPORT int fmi3GetFloat64(void *instance, const Reference references[], size_t n
 EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n, const double values[],
                           size_t n_values)
 {
+    if (!fmu_is_allowed(instance, SETTABLE, "SetFloat64") || !fmu_is_array(instance, references, n, n_values) ||
+        !fmu_is_array(instance, values, n_values, n))
+        return ERROR;
     for (size_t k = 0; k < n; k++)
-        if (n != n_values || !fmu_set_value(instance, references[k], values[k]))
+        if (!fmu_set_value(instance, references[k], values[k]))
             return fmu_status(fmu_report(instance, CANNOT_SET));
     return OK;
 }
@@ -91,14 +104,14 @@ EXPORT int fmi3SetFloat64(void *instance, const Reference references[], size_t n
 #define OTHER_TYPE(name, type)                                                                                         \
     EXPORT int fmi3Get##name(void *instance, const Reference references[], size_t n, type values[], size_t n_values)   \
     {                                                                                                                  \
-        (void)instance, (void)references, (void)values, (void)n_values;                                                \
-        return fmu_status(n == 0);                                                                                     \
+        (void)references, (void)values, (void)n_values;                                                                \
+        return fmu_status(n == 0 && fmu_is_allowed(instance, GETTABLE, "Get" #name));                                  \
     }                                                                                                                  \
     EXPORT int fmi3Set##name(void *instance, const Reference references[], size_t n, const type values[],              \
                              size_t n_values)                                                                          \
     {                                                                                                                  \
-        (void)instance, (void)references, (void)values, (void)n_values;                                                \
-        return fmu_status(n == 0);                                                                                     \
+        (void)references, (void)values, (void)n_values;                                                                \
+        return fmu_status(n == 0 && fmu_is_allowed(instance, SETTABLE, "Set" #name));                                  \
     }
 
 OTHER_TYPE(Float32, float)
@@ -157,12 +170,12 @@ EXPORT int fmi3GetVariableDependencies(void *instance, Reference dependent, size
 
 EXPORT int fmi3GetFMUState(void *instance, void **copy)
 {
-    return fmu_status(fmu_copy_state(instance, copy));
+    return fmu_status(instance && fmu_copy_state(instance, copy));
 }
 
 EXPORT int fmi3SetFMUState(void *instance, void *copy)
 {
-    return fmu_status(fmu_restore_state(instance, copy));
+    return fmu_status(instance && fmu_restore_state(instance, copy));
 }
 
 EXPORT int fmi3FreeFMUState(void *instance, void **copy)
@@ -177,7 +190,9 @@ EXPORT int fmi3FreeFMUState(void *instance, void **copy)
 
 EXPORT int fmi3SerializedFMUStateSize(void *instance, void *copy, size_t *size)
 {
-    (void)instance, (void)copy;
+    (void)copy;
+    if (!instance || !size)
+        return ERROR;
     *size = sizeof(State);
     return OK;
 }
@@ -185,7 +200,7 @@ EXPORT int fmi3SerializedFMUStateSize(void *instance, void *copy, size_t *size)
 EXPORT int fmi3SerializeFMUState(void *instance, void *copy, uint8_t bytes[], size_t size)
 {
     (void)instance;
-    if (!copy || size < sizeof(State))
+    if (!copy || !bytes || size < sizeof(State))
         return ERROR;
     memcpy(bytes, copy, sizeof(State));
     return OK;
@@ -193,7 +208,7 @@ EXPORT int fmi3SerializeFMUState(void *instance, void *copy, uint8_t bytes[], si
 
 EXPORT int fmi3DeserializeFMUState(void *instance, const uint8_t bytes[], size_t size, void **copy)
 {
-    if (size != sizeof(State) || !fmu_copy_state(instance, copy))
+    if (!instance || !bytes || size != sizeof(State) || !fmu_copy_state(instance, copy))
         return ERROR;
     memcpy(*copy, bytes, size);
     return OK;
@@ -205,7 +220,9 @@ EXPORT int fmi3GetDirectionalDerivative(void *instance, const Reference unknowns
                                         const Reference knowns[], size_t n_knowns, const double seeds[],
                                         size_t n_seeds, double found[], size_t n_found)
 {
-    if (n_seeds != n_knowns || n_found != n_unknowns)
+    if (!fmu_is_allowed(instance, EVALUATED, "GetDirectionalDerivative") ||
+        !fmu_is_array(instance, unknowns, n_unknowns, n_found) || !fmu_is_array(instance, found, n_found, n_unknowns) ||
+        !fmu_is_array(instance, knowns, n_knowns, n_seeds) || !fmu_is_array(instance, seeds, n_seeds, n_knowns))
         return ERROR;
     return fmu_status(fmu_directional(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
@@ -231,7 +248,9 @@ EXPORT int fmi3GetAdjointDerivative(void *instance, const Reference unknowns[], 
                                     const Reference knowns[], size_t n_knowns, const double seeds[], size_t n_seeds,
                                     double found[], size_t n_found)
 {
-    if (n_seeds != n_unknowns || n_found != n_knowns)
+    if (!fmu_is_allowed(instance, EVALUATED, "GetAdjointDerivative") ||
+        !fmu_is_array(instance, unknowns, n_unknowns, n_seeds) || !fmu_is_array(instance, seeds, n_seeds, n_unknowns) ||
+        !fmu_is_array(instance, knowns, n_knowns, n_found) || !fmu_is_array(instance, found, n_found, n_knowns))
         return ERROR;
     return fmu_status(fmu_adjoint(instance, unknowns, n_unknowns, knowns, n_knowns, seeds, found));
 }
@@ -293,8 +312,7 @@ EXPORT int fmi3ActivateModelPartition(void *instance, Reference clock, double ti
 
 EXPORT int fmi3EvaluateDiscreteStates(void *instance)
 {
-    (void)instance;
-    return OK;
+    return fmu_status(fmu_is_allowed(instance, INITIALISING | AT_EVENT, "EvaluateDiscreteStates"));
 }
 
 /* Model exchange. */
@@ -302,6 +320,9 @@ EXPORT int fmi3EvaluateDiscreteStates(void *instance)
 EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, bool *nominals, bool *states,
                                     bool *has_next, double *next)
 {
+    if (!fmu_is_allowed(instance, AT_EVENT, "UpdateDiscreteStates") || !again || !ends || !nominals || !states ||
+        !has_next || !next)
+        return ERROR;
     const int changed = fmu_do_events(instance);
     *again = *nominals = false;
     *ends = changed < 0;
@@ -314,6 +335,8 @@ EXPORT int fmi3UpdateDiscreteStates(void *instance, bool *again, bool *ends, boo
 EXPORT int fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *enters_events, bool *ends)
 {
     (void)no_return;
+    if (!fmu_is_allowed(instance, CONTINUOUS, "CompletedIntegratorStep") || !enters_events || !ends)
+        return ERROR;
     fmu_end_step(instance);
     *enters_events = *ends = false;
     return OK;
@@ -321,42 +344,51 @@ EXPORT int fmi3CompletedIntegratorStep(void *instance, bool no_return, bool *ent
 
 EXPORT int fmi3GetContinuousStateDerivatives(void *instance, double rates[], size_t n)
 {
-    return n != N_OWN ? ERROR : fmu_rates_of(instance, rates) ? OK : DISCARD;
+    if (!fmu_is_exchange(instance, EVALUATED, "GetContinuousStateDerivatives") ||
+        !fmu_is_array(instance, rates, n, N_OWN))
+        return ERROR;
+    return fmu_rates_of(instance, rates) ? OK : DISCARD;
 }
 
 EXPORT int fmi3GetNumberOfEventIndicators(void *instance, size_t *n)
 {
-    (void)instance;
+    if (!instance || !n)
+        return ERROR;
     *n = N_INDICATORS;
     return OK;
 }
 
 EXPORT int fmi3GetNumberOfContinuousStates(void *instance, size_t *n)
 {
-    (void)instance;
+    if (!instance || !n)
+        return ERROR;
     *n = N_OWN;
     return OK;
 }
 
 /* Co-simulation. */
 
-MODE(EnterStepMode)
+EXPORT int fmi3EnterStepMode(void *instance)
+{
+    return fmu_status(instance && fmu_report(instance, "This FMU has no event mode in co-simulation."));
+}
 
 EXPORT int fmi3GetOutputDerivatives(void *instance, const Reference references[], size_t n, const int32_t orders[],
                                     double values[], size_t n_values)
 {
-    (void)instance, (void)references, (void)orders, (void)values, (void)n_values;
-    return fmu_status(n == 0);
+    (void)references, (void)orders, (void)values, (void)n_values;
+    return fmu_status(n == 0 && fmu_is_allowed(instance, STEPPED, "GetOutputDerivatives"));
 }
 
 EXPORT int fmi3DoStep(void *instance, double time, double step, bool no_return, bool *has_event, bool *ends,
                       bool *early, double *last)
 {
-    Instance *i = instance;
     (void)no_return;
-    const int result = fmu_advance(i, time + step);
+    if (!instance || !has_event || !ends || !early || !last)
+        return ERROR;
+    const int result = fmu_step(instance, time, step);
     *has_event = *early = false;
     *ends = result < 0;
-    *last = i->state.model.t;
+    *last = ((Instance *)instance)->state.model.t;
     return fmu_status(result != 0);
 }

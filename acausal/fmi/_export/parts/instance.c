@@ -1,6 +1,21 @@
+/* The states of FMI's state machine. */
+enum {
+    INSTANTIATED = 1,
+    INITIALISING = 2,
+    AT_EVENT = 4,
+    CONTINUOUS = 8,
+    BETWEEN_STEPS = 16,
+    DISCARDED = 32, /* after a step that ended before its communication point */
+    TERMINATED = 64,
+    FAILED = 128,
+    EVALUATED = INITIALISING | AT_EVENT | CONTINUOUS | BETWEEN_STEPS | DISCARDED | TERMINATED
+};
+
 /* An instance of the model: its state, which is copied as a whole, and what belongs to the importer. */
 typedef struct {
     MODEL model;
+    int mode;    /* of the state machine */
+    double stop; /* the end of the experiment */
     double size; /* of the next step of co-simulation, s; 0 before the first */
     int has_begun;    /* whether the events at the start have happened */
     int is_evaluated; /* whether the values belong to the time, the states and the parameters */
@@ -31,6 +46,8 @@ static void fmu_begin(Instance *i)
 {
     memset(&i->state, 0, sizeof(State));
     MODEL_start(&i->state.model);
+    i->state.mode = INSTANTIATED;
+    i->state.stop = INFINITY;
     i->tolerance = 1e-6;
 }
 
@@ -71,6 +88,46 @@ static int fmu_report(Instance *i, const char *text)
     return 0;
 }
 
+/* Whether a function may be called in the present mode. */
+static int fmu_is_allowed(Instance *i, int modes, const char *function)
+{
+    if (!i)
+        return 0;
+    if (i->state.mode & modes)
+        return 1;
+    const char *mode = i->state.mode == INSTANTIATED    ? "after instantiation"
+                       : i->state.mode == INITIALISING  ? "in initialisation"
+                       : i->state.mode == AT_EVENT      ? "at an event"
+                       : i->state.mode == CONTINUOUS    ? "in continuous time"
+                       : i->state.mode == BETWEEN_STEPS ? "between the steps of co-simulation"
+                       : i->state.mode == DISCARDED     ? "after a step that ended early"
+                       : i->state.mode == TERMINATED    ? "after termination"
+                                                        : "after an error";
+    char text[160] = "";
+    snprintf(text, sizeof(text), "%s cannot be called %s.", function, mode);
+    return fmu_report(i, text);
+}
+
+/* Whether a function of model exchange may be called in the present mode. */
+static int fmu_is_exchange(Instance *i, int modes, const char *function)
+{
+    if (!fmu_is_allowed(i, modes, function))
+        return 0;
+    return !i->is_co_simulation || fmu_report(i, "Co-simulation has no functions of model exchange.");
+}
+
+/* Whether an array of the importer exists, and has the size that it must have. */
+static int fmu_is_array(Instance *i, const void *array, size_t n, size_t wanted)
+{
+    return (n == wanted && (array || !n)) || fmu_report(i, "An array is missing or has another size.");
+}
+
+static int fmu_changes(Instance *i, int mode)
+{
+    i->state.mode = mode;
+    return 1;
+}
+
 /* The value of a variable. Returns 0 if there is no such variable. */
 static int fmu_get_value(Instance *i, unsigned int reference, double *value)
 {
@@ -91,11 +148,13 @@ static int fmu_get_value(Instance *i, unsigned int reference, double *value)
     return 1;
 }
 
-/* Sets an input, a state or a parameter. Returns 0 for any other variable. */
+/* Sets an input, a state or a parameter. Returns 0 for any other variable, and for one that is fixed at present. */
 static int fmu_set_value(Instance *i, unsigned int reference, double value)
 {
     MODEL *m = &i->state.model;
-    if (reference >= N_VARIABLES || !fmu_is_settable[reference])
+    const int mode = i->state.mode;
+    const int needed = mode & (INSTANTIATED | INITIALISING) ? 1 : mode == CONTINUOUS ? 3 : 2;
+    if (reference >= N_VARIABLES || fmu_settable[reference] < needed || !isfinite(value))
         return 0;
     double *target = fmu_space_of[reference] == 'x' ? m->x : fmu_space_of[reference] == 'p' ? m->p : m->d;
     target[fmu_place_of[reference]] = value;
@@ -214,13 +273,23 @@ static int fmu_end_initialisation(Instance *i)
     return 1;
 }
 
-/* The start of initialisation; the tolerance is 0 if the importer gives none. */
-static void fmu_begin_initialisation(Instance *i, double start, double tolerance)
+/* The start of initialisation. The tolerance is 0 and the stop time infinite if the importer gives none. */
+static int fmu_begin_initialisation(Instance *i, double start, double tolerance, double stop)
 {
+    if (!isfinite(start) || !(tolerance >= 0.0) || !(stop >= start))
+        return fmu_report(i, "The start time must be finite, the tolerance positive and the stop time not before the start.");
     if (tolerance > 0.0)
         i->tolerance = tolerance;
     i->state.model.t = i->state.model.start = start;
+    i->state.stop = stop;
     i->state.is_evaluated = 0;
+    return 1;
+}
+
+/* Whether times are equal up to the rounding errors of an importer that adds steps. */
+static int fmu_is_same_time(double a, double b)
+{
+    return fabs(a - b) <= 1e-9 * fmax(1.0, fmax(fabs(a), fabs(b)));
 }
 
 static void fmu_set_time(Instance *i, double time)
@@ -252,6 +321,8 @@ static void fmu_end_step(Instance *i)
 /* Copies the state; allocates the copy if there is none. */
 static int fmu_copy_state(const Instance *i, void **copy)
 {
+    if (!copy)
+        return 0;
     if (!*copy)
         *copy = malloc(sizeof(State));
     if (!*copy)
