@@ -16,7 +16,7 @@ from acausal import ArgumentError, ModelError, SimulationError, replace, simulat
 from acausal.fmi import FMU, FMUWarning, export_fmu
 from components.blocks import Sine
 
-pytest.importorskip("fmpy")
+fmpy = pytest.importorskip("fmpy")
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +124,18 @@ def test_samples_of_co_simulation(bouncer: Path) -> None:
     run = simulate(FMU(bouncer, step=0.1), 0.95, rtol=1e-9)
     exact = simulate(Bouncer(e=0.8), 0.9, rtol=1e-9)
     np.testing.assert_allclose(run.final.h.value, exact.final.h, atol=1e-6)
+
+
+def test_samples_are_those_of_fmpy(bouncer: Path) -> None:
+    """Between two samples, the outputs are those of the first one; at a sample, those before it."""
+    step, n = 0.25, 8
+    taken = fmpy.simulate_fmu(
+        str(bouncer), fmi_type="CoSimulation", stop_time=n * step, output_interval=step, output=["h"], validate=False
+    )["h"]
+    model = FMU(bouncer, step=step)
+    between, at = (simulate(model, (n + 0.9) * step, save=step * times) for times in (np.arange(n) + 0.5, np.arange(n)))
+    np.testing.assert_allclose(between["h.value"], taken[:n], rtol=1e-12)
+    np.testing.assert_allclose(at["h.value"][1:], taken[: n - 1], rtol=1e-12)
 
 
 def test_a_step_takes_the_inputs_of_the_sample_before(forced: Path) -> None:

@@ -31,7 +31,7 @@ class CoSimulation(ImportedFMU, partial=True):
     """An FMU that is sampled at start_time, start_time + step, ...
 
     At each sample the FMU advances by a step, with the inputs of the sample before. The outputs hold their values until
-    the next sample.
+    the next sample. At the time of a sample, a solution has the outputs before it, as for all events.
     """
 
     step: Param[Scalar, "s", positive]  # communication step
