@@ -1,0 +1,86 @@
+"""Packages in files: which file holds a class, and the cache of trees."""
+
+from pathlib import Path
+
+import pytest
+
+from acausal.modelica import ModelicaError
+from acausal.modelica._frontend import library
+from acausal.modelica._frontend.library import Libraries
+from acausal.modelica._frontend.source import Source
+
+
+def written(folder: Path, files: dict[str, str]) -> Path:
+    for name, text in files.items():
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+    return folder
+
+
+def test_classes_of_a_package_lie_in_files_and_folders(tmp_path: Path) -> None:
+    root = written(
+        tmp_path,
+        {
+            "Lib 1.2.0/package.mo": "within ; package Lib model A end A; end Lib;",
+            "Lib 1.2.0/B.mo": "within Lib; model B end B;",
+            "Lib 1.2.0/Sub/package.mo": "within Lib; package Sub end Sub;",
+            "Lib 1.2.0/Sub/C.mo": "within Lib.Sub; model C end C;",
+            "Lib 1.2.0/Resources/table.txt": "no class",
+            "Lib 1.2.0/notes.txt": "no class",
+            "Other.mo": "package Other end Other;",
+        },
+    )
+    libraries = Libraries([], [root])
+    lib = libraries.find("Lib")
+    assert lib is not None
+    assert sorted(lib.stored()) == ["B", "Sub"]
+    sub = lib.load("Sub")
+    assert sub is not None
+    inner = sub.load("C")
+    assert inner is not None
+    assert inner.tree.name == "C"
+    assert inner.source.place(inner.tree.at).file.endswith("C.mo")
+    assert libraries.find("Other") is not None
+    assert libraries.find("Missing") is None
+
+
+def test_a_root_may_be_the_library_itself(tmp_path: Path) -> None:
+    root = written(tmp_path, {"Lib/package.mo": "package Lib end Lib;"}) / "Lib"
+    assert Libraries([], [root]).find("Lib") is not None
+
+
+def test_the_text_of_the_user_comes_first(tmp_path: Path) -> None:
+    root = written(tmp_path, {"Lib.mo": "package Lib end Lib;"})
+    found = Libraries([Source("<text>", "model Lib end Lib;")], [root]).find("Lib")
+    assert found is not None
+    assert found.tree.kind == "model"
+
+
+def test_two_libraries_of_one_name_are_refused(tmp_path: Path) -> None:
+    text = "package Lib end Lib;"
+    roots = [written(tmp_path / "a", {"Lib.mo": text}), written(tmp_path / "b", {"Lib 2.0.mo": text})]
+    with pytest.raises(ModelicaError, match=r"two libraries Lib: .*a/Lib\.mo and .*b/Lib 2\.0\.mo"):
+        Libraries([], roots).find("Lib")
+
+
+def test_a_file_must_hold_the_class_of_its_name(tmp_path: Path) -> None:
+    root = written(tmp_path, {"Lib.mo": "package Other end Other;"})
+    with pytest.raises(ModelicaError, match=r"Lib\.mo: the file must define Lib"):
+        Libraries([], [root]).find("Lib")
+
+
+def test_trees_of_large_files_come_from_the_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = f'package Lib "{"long" * 2000}" model A end A; end Lib;'
+    root = written(tmp_path / "roots", {"Lib.mo": text})
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    monkeypatch.setattr(library.programs, "folder", cache)
+    library.read(root / "Lib.mo")
+    (stored,) = cache.iterdir()
+    library._read.cache_clear()
+    monkeypatch.setattr(library, "parse", None)  # the tree is not parsed again
+    tree, source = library.read(root / "Lib.mo")
+    assert tree.classes[0].name == "Lib"
+    assert source.text == text
+    assert stored.name.startswith("modelica-tree-")
