@@ -2,7 +2,7 @@
 
 from typing import Self
 
-from acausal import Component, Connections, Discrete, Equations, Events, Scalar, Var, connect, eq, when
+from acausal import Component, Connections, Discrete, Equations, Events, Param, Scalar, Var, connect, eq, when
 from components.rotational import IdealGear, Inertia
 
 
@@ -17,6 +17,21 @@ class Relay(Component):
 
     def events(self) -> Events:
         return dict(up=when(self.x < 0.0, u=1.0), down=when(self.x > 0.0, u=-1.0))
+
+
+class Rebound(Component):
+    """A ball that rebounds from the floor with a share e of its speed."""
+
+    e: Param[Scalar, "1"]
+    floor: Param[Scalar, "m"] = 0.0
+    h: Var[Scalar, "m"] = 1.0
+    v: Var[Scalar, "m/s"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.h, self.v), fall=eq(d.v, -9.81, check_units=False))
+
+    def events(self) -> Events:
+        return dict(impact=when(self.h < self.floor, v=-self.e * self.v))
 
 
 class Undoing(Component):

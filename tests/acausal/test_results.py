@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _models import gear_train, rc
-from _switching_models import Relay, Undoing, forced_gear
+from _switching_models import Rebound, Relay, Undoing, forced_gear
 
 from acausal import (
     ROW,
@@ -177,6 +177,12 @@ RUNS: dict[str, Run] = {
         SimulationError,
         r"The last events were an ifelse of the model, 8 within .*a switching surface.*Remedy: use an element",
     ),
+    "too_many_steps of a relay": Run(
+        Result.too_many_steps,
+        lambda **k: simulate(Relay(), 3.0, max_steps=200, save="end", **k),
+        SimulationError,
+        r"At t = 1 s: .*The last events were up, down, 8 within .*a switching surface.*Remedy: .*hysteresis",
+    ),
     "step_too_small": Run(
         Result.step_too_small,
         lambda **k: simulate(Holder(part=BlowUp()), 3.0, save="end", **k),
@@ -191,9 +197,9 @@ RUNS: dict[str, Run] = {
     ),
     "events_accumulate": Run(
         Result.events_accumulate,
-        lambda **k: simulate(Relay(), 3.0, save="end", **k),
+        lambda **k: simulate(Rebound(e=0.5), 2.3, save="end", **k),
         SimulationError,
-        r"At t = 1 s: .*ever faster.*hysteresis.*The last events were .*up",
+        r"At t = 1\.35457 s: .*ever faster.*small speed.*The last events were impact",
     ),
     "events_endless": Run(
         Result.events_endless,

@@ -13,6 +13,7 @@ from ..._compiled_once import truths_compiled_once
 from ..._numbers import Numbers
 from ..._reduce.logic import Circuit, edges, sign_of
 from ..step.interval import MOST, TURN, PathSample, advance, over
+from .moment import STILL
 from .part import Part
 
 PARTS = 4  # number of equal parts of a step at whose ends event indicators near zero are evaluated
@@ -25,6 +26,7 @@ class Conditions(NamedTuple):
     - `logic`: the conditions as logical expressions of relations.
     - `either`: conditions that also trigger an event when they become false.
     - `band`: the hysteresis of each event indicator: a relation changes only beyond it.
+    - `armed`: relations that have been clearly true or false since they last changed.
     - `clears`, `sets`: relations that may become false, or true, without triggering an event.
     """
 
@@ -32,8 +34,29 @@ class Conditions(NamedTuple):
     logic: Circuit
     either: np.ndarray
     band: Array
+    armed: Array
     clears: np.ndarray
     sets: np.ndarray
+
+
+class Returns(NamedTuple):
+    """Relations that an event has turned back: their event indicators have crossed zero, and the event has reversed
+    their rates, as at the impact of a ball.
+
+    - `arrival`: the rate at which each relation that begins the last event has crossed zero; 0 for all others.
+    - `depth`: the distance of the event indicator from zero after the event, on the side that the relation has
+      reached; infinite if the event has not turned it back, and after the relation has changed back.
+
+    If the indicator comes back to this distance before the relation has changed back, its excursion was within the
+    resolution of the relation or of time, and the next event is missed.
+    """
+
+    arrival: Array
+    depth: Array
+
+    @classmethod
+    def none(cls, n: int) -> "Returns":
+        return cls(jnp.zeros(n), jnp.full(n, jnp.inf))
 
 
 class Found(NamedTuple):
@@ -43,6 +66,8 @@ class Found(NamedTuple):
     - `truths`: truths of the relations after t; without an event, at the end of the step.
     - `end`: event indicators at the end of the step.
     - `reached`: time up to which the step has been searched.
+    - `returns`: the returns of relations that events have turned back, and `is_missed`: whether one of them happened
+      unnoticed.
     """
 
     is_any: Array
@@ -54,6 +79,8 @@ class Found(NamedTuple):
     shift: tuple[Array, ...]
     end: PathSample | None
     reached: Array
+    returns: Returns
+    is_missed: Array
 
 
 class _Search(NamedTuple):
@@ -65,6 +92,7 @@ class _Search(NamedTuple):
     high: Array
     end: Array
     truths: Array
+    depth: Array
     crossed: Array
     narrow: Array
     is_sampled: Array
@@ -93,6 +121,7 @@ class _Step(NamedTuple):
     end: Numbers
     length: Numbers
     short: Numbers
+    arrival: Array
     unflat: Callable[[Array], PathSample]
 
     def judge(self, low: PathSample, high: PathSample, s: _Search, truths: Array) -> _Judged:
@@ -118,6 +147,9 @@ class _Step(NamedTuple):
         flat_last = jnp.where(is_end, flat_new, s.end)
         new, last = unflat(flat_new), unflat(flat_last)
         truths = jnp.where(is_start, _leaving(conditions, s.truths, new), s.truths)
+        sign = sign_of(truths)
+        is_turned = is_start & (self.arrival > 0) & (sign * new.rate < -STILL * self.arrival)
+        depth = jnp.where(is_turned, sign * new.g, s.depth)
         part, changes, bumps, triggered, may_trigger = self.judge(low, new, s, truths)
         is_short = part.width <= short
         passes, is_found = truths_compiled_once(
@@ -140,6 +172,7 @@ class _Step(NamedTuple):
             high=jnp.where(narrows, flat_new, s.high),
             end=flat_last,
             truths=jnp.where(passes, truths ^ changes, truths),
+            depth=jnp.where(passes & changes, jnp.inf, depth),
             crossed=jnp.where(narrows, s.crossed | changes, s.crossed & ~changes & (is_behind | ~passes)),
             narrow=narrows | is_behind,
             is_sampled=is_behind,
@@ -151,7 +184,14 @@ class _Step(NamedTuple):
 
 
 def first_crossing(
-    conditions: Conditions, start: PathSample, is_known: Array, truths: Array, end: Numbers, short: Numbers, goes: Array
+    conditions: Conditions,
+    start: PathSample,
+    is_known: Array,
+    truths: Array,
+    returns: Returns,
+    end: Numbers,
+    short: Numbers,
+    goes: Array,
 ) -> Found:
     """The first event of a step from `start` to `end`; `truths` are those of the relations at its start.
 
@@ -169,11 +209,11 @@ def first_crossing(
     flat_start, unflat = ravel_pytree(start)
     flat_end = _flat(start._replace(t=end))
     search = _Search(
-        low=flat_start, high=flat_end, end=flat_end, truths=truths, crossed=none, narrow=no, is_sampled=no,
-        x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
+        low=flat_start, high=flat_end, end=flat_end, truths=truths, depth=returns.depth, crossed=none, narrow=no,
+        is_sampled=no, x=jnp.where(is_known, end, start.t), is_found=no, is_over=~goes,
         count=jnp.where(is_known, 1, 0),
     )  # fmt: skip
-    step = _Step(conditions, end, end - start.t, short, unflat)
+    step = _Step(conditions, end, end - start.t, short, returns.arrival, unflat)
     s = jax.lax.while_loop(lambda s: ~s.is_over, step.next_point, search)
     low, high, last = unflat(s.low), unflat(s.high), unflat(s.end)
     sign = -sign_of(s.truths)
@@ -182,6 +222,10 @@ def first_crossing(
     logic = conditions.logic
     triggered = edges(logic.hold(after), logic.hold(s.truths), conditions.either)
     rates = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
+    is_over = goes & (s.is_found | (low.t >= end))
+    beyond = sign_of(after) * jnp.where(s.is_found, high.g, last.g)
+    is_back = is_over & (beyond > conditions.band)
+    arrival = jnp.where(after ^ s.truths, sign_of(after) * high.rate, 0.0)
     return Found(
         is_any=s.is_found,
         t=high.t,
@@ -192,6 +236,8 @@ def first_crossing(
         shift=high.shift[:1] + low.shift[1:],
         end=last,
         reached=jnp.where(s.is_found | (low.t >= end) | ~goes, end, low.t),
+        returns=Returns(arrival, jnp.where(is_back, jnp.inf, s.depth)),
+        is_missed=jnp.any(is_back & (beyond > s.depth)),
     )
 
 
@@ -201,9 +247,10 @@ def _flat(sample: PathSample) -> Array:
 
 def _leaving(conditions: Conditions, truths: Array, start: PathSample) -> Array:
     """The truths at the start of a step after an event. If an event indicator is within its band, its rate decides
-    the truth of a relation that may change without triggering an event. Others change only beyond the band.
+    the truth of a relation that may change without triggering an event. Others change only beyond the band, and so do
+    relations that have just changed.
     """
-    is_zero = jnp.abs(start.g) <= conditions.band
+    is_zero = (jnp.abs(start.g) <= conditions.band) & conditions.armed
     falls = is_zero & (start.rate < 0) & conditions.clears
     rises = is_zero & (start.rate > 0) & conditions.sets
     return (truths & ~falls) | rises

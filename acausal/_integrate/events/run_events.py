@@ -140,7 +140,7 @@ class RunEvents(EventNumbers):
         positive, negative = self.polarity
         see = ft.partial(self.sample, path, args)
         band = self.wider(t, armed, args)
-        return Conditions(see, self.circuit, self.either, band, positive & ~negative, negative & ~positive)
+        return Conditions(see, self.circuit, self.either, band, armed, positive & ~negative, negative & ~positive)
 
     def band(self, t: Numbers, args: RunArgs) -> Array:
         """The hysteresis of each relation at a time; half the time resolution for relations of time alone."""

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 from jax import Array
 
+from ..events.crossing import Returns
 from ..events.event_history import EventHistory
 from ..setup.state_vector import Vector
 from ..step.controller import Control
@@ -43,7 +44,7 @@ class Carry(NamedTuple):
     farther from zero than an error of the run; `farthest` is its largest distance at the ends of steps. `end_sample`
     holds the event indicators at the end of the last step, valid unless something has `jumped` since. `before` is the
     moment of the first listed event at the end of the last step and the vector just before it, infinite if there is
-    none, and empty if steps are not recorded. The last `crowd` events in a row were close to the time `mark`.
+    none, and empty if steps are not recorded.
     """
 
     t: Array
@@ -55,8 +56,7 @@ class Carry(NamedTuple):
     outcome: Array
     jumped: Array
     end_sample: PathSample | None
-    mark: Array
-    crowd: Array
+    returns: Returns
     inner: Any
     control: Control
     failed: Array

@@ -10,7 +10,7 @@ import numpy as np
 from jax import Array
 
 from ..._equinox_private import unvmap_any
-from ..events.crossing import Found, first_crossing
+from ..events.crossing import Found, Returns, first_crossing
 from ..events.event_history import EventHistory
 from ..events.iteration import ACCUMULATED, STOPPED, settle
 from ..events.moment import Approach
@@ -22,8 +22,6 @@ from .carry import Carry
 from .loop_start import LoopStart
 from .steps import Steps
 
-CROWD = 16  # events accumulate if more than this number plus two per event are close together
-INTERVAL = 1e-9  # fraction of the time span within which events are close together
 EARLY = 1e-2  # fraction of a step: if a relation changes back within it, the step is too long
 
 
@@ -51,8 +49,7 @@ class StepLoop(Steps):
             outcome=start.outcome,
             jumped=jnp.asarray(self.events is not None),
             end_sample=self.no_sample(y),
-            mark=jnp.asarray(-jnp.inf),
-            crowd=none,
+            returns=Returns.none(len(start.truths)),
             inner=inner,
             control=control,
             failed=jnp.asarray(False),
@@ -120,13 +117,17 @@ class StepLoop(Steps):
             t0, t1, core0, core1, step_args, error, self.solver.error_order(self.terms), c.control
         )
         y1 = layout.joined(core1, carried)
+        outcome = c.outcome
         if events is None:
             settled, at = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1))), t1
             triggered = jnp.zeros(0, bool)
         else:
-            settled, found, is_early, triggered, at = self.through_events(path, c, t1, y1, keep, meets, instant)
+            settled, found, is_early, is_missed, triggered, at = self.through_events(
+                path, c, t1, y1, keep, meets, instant
+            )
             # The step was too long to resolve the solution just after an event.
-            keep &= ~is_early
+            keep &= ~is_early & ~is_missed
+            outcome = jnp.where(is_missed, ACCUMULATED, outcome)
             control = control._replace(wish=jnp.where(is_early, 0.25 * held(t1 - t0), control.wish))
             if np.any(events.nonlinear):
                 keep &= ~jnp.any(jnp.isfinite(found))
@@ -143,7 +144,7 @@ class StepLoop(Steps):
         wish = jnp.where(keep & (held(t) < t1), jnp.minimum(control.wish, c.control.wish), control.wish)
         control = control._replace(wish=wish)
         chosen = settled._replace(y=y, inner=inner, control=control, history=None, rows=None, record=None, meter=None)
-        old = c._replace(control=control, history=None, rows=None, record=None, meter=None)
+        old = c._replace(control=control, outcome=outcome, history=None, rows=None, record=None, meter=None)
         new = jax.tree.map(lambda a, b: jnp.where(keep, a, b), chosen, old)
         meter = self.settings.progress.step(c.meter, (new.t - self.t0) / (self.t1 - self.t0))
         return new._replace(
@@ -159,10 +160,11 @@ class StepLoop(Steps):
 
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
-    ) -> tuple[Carry, Array, Array, Array, Array]:
+    ) -> tuple[Carry, Array, Array, Array, Array, Array]:
         """The loop state after the first events in a step, or else at its end. Also the times located in the step at
-        which equations change, up to the first of which the step must be repeated; and whether a relation that has just
-        changed changes back immediately, so that the step must be shorter; the triggered events, and their time.
+        which equations change, up to the first of which the step must be repeated; whether a relation that has just
+        changed changes back immediately, so that the step must be shorter; whether an event is missed (see `Returns`);
+        the triggered events, and their time.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
@@ -170,12 +172,13 @@ class StepLoop(Steps):
         end, short = held(t1), args.tick(held(t1))
         if events.is_searched:
             assert c.end_sample is not None
-            held_path, held_args, last = held((path, args, c.end_sample._replace(t=c.t)))
+            held_path, held_args, last, returns = held((path, args, c.end_sample._replace(t=c.t), c.returns))
             conditions = events.conditions(held_path, end, c.armed, held_args)
-            found = first_crossing(conditions, last, ~c.jumped, c.truths, end, short, keep)
+            found = first_crossing(conditions, last, ~c.jumped, c.truths, returns, end, short, keep)
         else:
-            none = jnp.zeros(events.total, bool)
-            found = Found(jnp.asarray(False), end, end, none, jnp.zeros(events.total), c.truths, (), c.end_sample, end)
+            no, none = jnp.asarray(False), jnp.zeros(events.total, bool)
+            others = c.truths, (), c.end_sample, end, c.returns, no
+            found = Found(no, end, end, none, jnp.zeros(events.total), *others)
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = held(instant)
@@ -217,8 +220,12 @@ class StepLoop(Steps):
             far = jnp.abs(found.end.g)
             armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
-        carried = changed._replace(t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end)
-        return carried, new, is_early, triggered, held(at)
+        turns = (changed.truths == found.truths) & ~events.of_laws
+        returns = found.returns._replace(arrival=jnp.where(turns, found.returns.arrival, 0.0))
+        carried = changed._replace(
+            t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end, returns=returns
+        )
+        return carried, new, is_early, found.is_missed, triggered, held(at)
 
     def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> Carry:
         """The loop state after an instant, with the events that begin there and all events that they trigger. `earlier`
@@ -238,13 +245,15 @@ class StepLoop(Steps):
                 n_before=len(c.before),
             )
             y = events.with_algebraic(end.t, end.y, args, anew=True)
-            mark, crowd, is_crowd = self.crowded(c, forward * end.t, triggered)
-            outcome = jnp.where(end.outcome != 0, end.outcome, jnp.where(is_crowd, ACCUMULATED, 0.0))
             return dict(
-                t=forward * end.t, y=y, truths=end.truths, due=events.due(end.t, y, args), history=end.history,
+                t=forward * end.t,
+                y=y,
+                truths=end.truths,
+                due=events.due(end.t, y, args),
+                history=end.history,
                 before=end.before,
-                outcome=outcome, mark=mark, crowd=crowd,
-            )  # fmt: skip
+                outcome=end.outcome,
+            )
 
         def idle() -> dict[str, Any]:
             return dict(
@@ -255,21 +264,9 @@ class StepLoop(Steps):
                 history=log,
                 before=jnp.full(len(c.before), jnp.inf),
                 outcome=c.outcome,
-                mark=c.mark,
-                crowd=c.crowd,
             )
 
         return c._replace(**jax.lax.cond(unvmap_any(jnp.any(triggered)), settled, idle))
-
-    def crowded(self, c: Carry, t: Array, triggered: Array) -> tuple[Array, Array, Array]:
-        """The start of a series of close events, their number, and whether they accumulate."""
-        assert self.events is not None
-        span = jnp.abs(self.t1 - self.t0)
-        happens = jnp.any(triggered & ~self.events.scheduled)
-        is_close = jnp.abs(t - c.mark) < INTERVAL * span
-        crowd = jnp.where(happens, jnp.where(is_close, c.crowd + 1, 0), c.crowd)
-        mark = jnp.where(happens & ~is_close, jax.lax.stop_gradient(t), c.mark)
-        return mark, crowd, crowd > CROWD + 2 * self.events.total
 
 
 def _rate_correction(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:

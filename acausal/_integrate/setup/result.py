@@ -22,9 +22,9 @@ class Result(eqx.Enumeration):
         "the time span of the run, pass a smaller dtmin."
     )
     events_accumulate = (
-        "Events follow each other ever faster, and time no longer advances: a rebound that dies out, a switch without "
-        "hysteresis, or equations that have no solution after an event. End the rebound below a small speed, or give "
-        "the switch a hysteresis."
+        "Events follow each other ever faster, and the run cannot resolve the next one: a rebound that dies out, or "
+        "switches between which a variable swings ever less. End the rebound below a small speed, or give the switches "
+        "a hysteresis."
     )
     events_endless = (
         "Events at one instant trigger each other without end, as comparators and switches do in a loop without "

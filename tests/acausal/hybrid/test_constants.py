@@ -43,8 +43,6 @@ CONSTANTS = {
     "MOST": [crossing, turns],
     "TOGETHER": [rounds],
     "RESOLUTION": [run_events],
-    "CROWD": [loop],
-    "INTERVAL": [loop],
     "EARLY": [loop],
     "COUNTABLE": [schedule],
     "CLOSE": [turns],
