@@ -99,6 +99,16 @@ def _under_jit(numbers: dict[str, Any], throw: bool) -> Any:
     return sol.result, sol.final.c.v
 
 
+def test_a_wrong_time_to_save_at_is_named() -> None:
+    for save, message in (
+        (np.linspace(0.0, 1.2, 1001), r"t0 and t1, got 1\.0008 with t0=0\.0 and t1=1\.0\."),
+        ([0.5, 1.0000001], r"t0 and t1, got 1\.0000001 with t0=0\.0 and t1=1\.0\."),
+        ([0.2, 0.5, 0.3, 0.4], r"run reaches them, got 0\.3 after 0\.5\."),
+    ):
+        with pytest.raises(ModelError, match=message):
+            simulate(rc(), 1.0, save=save)
+
+
 @pytest.mark.parametrize(("options", "message"), WRONG, ids=ids)
 def test_what_is_not_known_is_a_result(options: dict[str, Any], message: str) -> None:
     """One compilation for each set of options: with numbers that are right, the run is as without jit."""

@@ -267,6 +267,9 @@ def test_delays_in_series_and_in_arrays() -> None:
 def test_a_model_with_a_delay_says_what_it_cannot_do() -> None:
     with pytest.raises(SimulationError, match=r"parts\[2\]\.history: The history .* Increase the number n of steps"):
         simulate(delayed_loop(n=4), 5.0, rtol=1e-9)
+    short = r"no step is longer than the delay of 0\.0001 s of parts\[2\]\.history, so 10 s take at least 100000 steps"
+    with pytest.raises(SimulationError, match=short):
+        simulate(delayed_loop(T=1e-4), 10.0, max_steps=50)
     with pytest.raises(ModelError, match=r"cannot go back in time, .* parts\[2\]\.history"):
         simulate(delayed_loop(), -1.0)
     with pytest.raises(ModelError, match=r"no exact delay: parts\[2\]\.history\. Remedy: a PadeDelay"):

@@ -75,6 +75,31 @@ def test_other_refusals_name_the_model() -> None:
         flat_model("model A\n  outer Real q;\n  Real x = q;\nend A;\n", "A")
 
 
+@pytest.mark.parametrize(
+    ("reset", "tie", "error"),
+    [
+        ("Phi", "Phi = phi", r"line 6: part\.Phi is not a state.*It equals part\.phi: .*reinit\(phi, \.\.\.\)"),
+        ("Phi", "-phi = Phi", r"line 6: part\.Phi is not a state.*It equals -part\.phi: .*reinit\(phi, -\.\.\.\)"),
+        ("Phi", "Phi = 2 * phi", r"A: part\.Phi is not a state.*Set a variable whose derivative"),
+        ("k", "Phi = phi", r"A: part\.k is not a state.*Set a variable whose derivative"),
+    ],
+)
+def test_a_reinit_of_a_variable_that_is_no_state_names_the_state(reset: str, tie: str, error: str) -> None:
+    part = f"""model Part
+  parameter Real k = 2;
+  Real phi(start = 1), Phi;
+equation
+  der(phi) = -k * phi;
+  {tie};
+  when phi < 0.5 then
+    reinit({reset}, 1);
+  end when;
+end Part;
+"""
+    with pytest.raises(ModelicaError, match=error):
+        flat_model(f"{part}model A\n  Part part;\nend A;\n", "A")
+
+
 def test_a_missing_file_and_a_missing_root_are_named() -> None:
     with pytest.raises(ModelicaError, match=r"The file nowhere\.mo does not exist"):
         flat_model("nowhere.mo", "A")

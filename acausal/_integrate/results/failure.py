@@ -2,6 +2,7 @@
 
 import contextlib
 import contextvars
+import dataclasses
 import math
 from collections.abc import Iterator
 
@@ -21,6 +22,7 @@ from ..._reduce.incidence import Pair
 from ..._reduce.ranges import requirements
 from ..._reduce.tear import Torn
 from ..._tracing import known
+from ..setup.field import values_of
 from ..setup.result import Result, is_success, sentence
 from ..setup.schedule import tick
 from .checked import checked
@@ -130,7 +132,8 @@ def _error(solution: Solution) -> Exception:
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
         said += about_range(system, culprit)
         return SimulationError(f"{where}{said}{about_block(system, culprit)}")
-    return SimulationError(f"{where}{sentence(result)}{_about_steps(solution)}")
+    said = _about_delay(solution) if result == Result.too_many_steps else ""
+    return SimulationError(where + (said or f"{sentence(result)}{_about_steps(solution)}"))
 
 
 def _about_steps(solution: Solution) -> str:
@@ -161,6 +164,27 @@ _SLIDES = (
     "They end nearly every step: the solution slides along a switching surface. Remedy: use an element made for this, "
     "such as friction, a stop, a freewheel or a diode, or a hysteresis between the two conditions."
 )
+
+
+def _about_delay(solution: Solution) -> str:
+    """The message for a delay of a recorded signal that alone requires more steps than permitted; otherwise empty."""
+    system, (t, y) = solution.system, solution._end
+    if system.events is None or not system.events.remembered:
+        return ""
+    delays = system.events.delays
+    params = dataclasses.replace(solution._inputs.params, leaves=dict(solution._params))
+    values = values_of(system, t, y, dataclasses.replace(solution._inputs, params=params), None, delays.leaves)
+    found = np.concatenate([np.ravel(delay) for delay in delays([values[leaf] for leaf in delays.leaves])])
+    t1 = solution._numbers["t1"]
+    assert t1 is not None
+    shortest, span = int(np.argmin(found)), abs(float(t1) - float(solution._start[0]))
+    if span <= found[shortest] * int(solution.stats["max_steps"]):
+        return ""
+    return (
+        f"The maximum number of steps was reached: no step is longer than the delay of {found[shortest]:.3g} s of "
+        f"{system.events.history_names[shortest]}, so {span:.3g} s take at least {math.ceil(span / found[shortest])} "
+        "steps. Increase max_steps, or leave the delay out if it does not matter."
+    )
 
 
 def _about_fastest(solution: Solution) -> str:

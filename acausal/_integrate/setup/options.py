@@ -25,11 +25,14 @@ HARMLESS = dict(t0=0.0, t1=0.0, dt0=1.0, dtmin=1e-14, dtmax=1.0, rtol=1e-6, time
 
 
 class Demand(NamedTuple):
-    """A requirement on an option, its sentence for the error message, and the name of the option."""
+    """A requirement on an option, its sentence for the error message, and the name of the option. `got` is the value
+    for the error message, if it is known and not that of the whole option.
+    """
 
     holds: Truth
     text: str
     name: str
+    got: str | None = None
 
 
 def number(value: object, name: str, unit: str = "s") -> Any:
@@ -125,8 +128,12 @@ def demands(system: System, numbers: RunNumbers) -> list[Demand]:
     if (times := numbers.times) is not None:
         low, high = (t0 <= t1) * t0 + (t1 < t0) * t1, (t0 <= t1) * t1 + (t1 < t0) * t0
         inside, ahead = (times >= low) & (times <= high), (times[1:] - times[:-1]) * (t1 - t0) >= 0.0
-        found.append(Demand(inside, "The times to save at must lie between t0 and t1", "times"))
-        found.append(Demand(ahead, "The times to save at must be in the order in which the run reaches them", "times"))
+        outside, back = _first_false(times, inside), _first_false(times, ahead)
+        got = f"{outside[0]} with t0={known(t0)} and t1={known(t1)}" if outside else None
+        found.append(Demand(inside, "The times to save at must lie between t0 and t1", "times", got))
+        got = f"{back[1]} after {back[0]}" if back else None
+        text = "The times to save at must be in the order in which the run reaches them"
+        found.append(Demand(ahead, text, "times", got))
     if (event := _lasting(system)) is not None:
         text = f"A run cannot go back in time, to t1 before t0, because it cannot undo the event {event}"
         found.append(Demand(t1 >= t0, text, "t1"))
@@ -181,7 +188,15 @@ def check_known(system: System, numbers: RunNumbers) -> None:
 def _check(demand: Demand, value: Numbers | None) -> None:
     met = known(demand.holds)
     if met is not None and not np.all(met):
-        raise ModelError(f"{demand.text}, got {demand.name}={_shown(value)}.")
+        raise ModelError(f"{demand.text}, got {demand.got or f'{demand.name}={_shown(value)}'}.")
+
+
+def _first_false(times: Numbers, holds: Truth) -> list[float]:
+    """The times from the first one on for which a mask is false; none if that is not known."""
+    where, values = known(holds), known(times)
+    if where is None or values is None or np.all(where):
+        return []
+    return np.asarray(values)[int(np.argmin(where)) :].tolist()
 
 
 def _shown(value: Any) -> str:
@@ -190,12 +205,12 @@ def _shown(value: Any) -> str:
 
 def violated_demands(system: System, numbers: RunNumbers) -> Array:
     """Mask of the demands that are not met."""
-    return jnp.stack([~jnp.all(holds) for holds, _, _ in demands(system, numbers)])
+    return jnp.stack([~jnp.all(demand.holds) for demand in demands(system, numbers)])
 
 
 def sentences(system: System, numbers: RunNumbers) -> tuple[str, ...]:
     """The sentences of the demands."""
-    return tuple(f"{text}." for _, text, _ in demands(system, numbers))
+    return tuple(f"{demand.text}." for demand in demands(system, numbers))
 
 
 def harmless(numbers: RunNumbers, wrong: Array) -> RunNumbers:

@@ -5,10 +5,12 @@ import re
 from ..._errors import listed
 from .._errors import ModelicaError
 from .request import NAME, WRAPPER, Request, unknown
+from .scan import masked
 from .session import rumoca
 
 _BOX = re.compile(r"× (?P<what>[^\n]*)\n\s*╭─\[[^\n]*?:(?P<line>\d+):(?P<column>\d+)\]")
 _MISSING = re.compile(r"unresolved (?P<kind>type reference|extends base class|component reference): '(?P<name>[^']+)'")
+_NO_STATE = re.compile(r"reinit\(\) can only be applied to state variables: (?P<name>\S+) is not a state")
 _PLACED = re.compile(r"(?P<what>.*?) \[(?P<file>[^\[\]]*?):(?P<line>\d+):(?P<column>\d+)\]")
 
 
@@ -27,6 +29,8 @@ def failure(message: str, request: Request) -> ModelicaError:
     """The error for a model that the front end refuses."""
     if missing := _MISSING.search(message):
         return _missing(missing["kind"], missing["name"], request)
+    if found := _NO_STATE.search(message):
+        return _no_state(found["name"], request)
     if placed := _PLACED.search(message):
         what = placed["what"].partition("failed in ")[2].partition(": ")[2] or placed["what"]
         file = placed["file"].replace(NAME, str(request.file or NAME))
@@ -46,6 +50,24 @@ def _missing(kind: str, name: str, request: Request) -> ModelicaError:
     roots = f"these are {listed([str(root) for root in request.roots])}" if request.roots else "none are given"
     return ModelicaError(
         f"{place}there is no class {name}. Give the folder that holds the library {library} by roots=[...]; {roots}."
+    )
+
+
+def _no_state(name: str, request: Request) -> ModelicaError:
+    """The error for a variable that `reinit` cannot set, with the state that it equals, if an equation says so."""
+    said = f"{name} is not a state, so reinit cannot set it"
+    own = re.escape(name.rpartition(".")[2])
+    plain = masked(request.text)
+    state = r"(?P<sign>-?)\s*(?P<state>[a-zA-Z_][\w.]*)"
+    alias = re.search(rf"(?<![\w.]){own}\s*=\s*{state}\s*;", plain) or re.search(rf";\s*{state}\s*=\s*{own}\s*;", plain)
+    if alias is None:
+        return ModelicaError(f"{request.model}: {said}. Set a variable whose derivative occurs in the equations.")
+    path = name.rpartition(".")[0]
+    other = ".".join(filter(None, [path, alias["state"]]))
+    line = plain.count("\n", 0, alias.start("state")) + 1
+    return ModelicaError(
+        f"{request.file or NAME}, line {line}: {said}. It equals {alias['sign']}{other}: set that, as in "
+        f"reinit({alias['state']}, {alias['sign'] or ''}...)."
     )
 
 
