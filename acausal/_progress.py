@@ -29,7 +29,7 @@ TRACING, LOWERING, COMPILING = (
 class Subject:
     """The purpose of a program with the name `function`.
 
-    `wanted` enables or disables its message; None enables it in terminals and notebooks.
+    `wanted` enables or disables its message, True also in logs. None enables it in terminals and notebooks.
     """
 
     text: str
@@ -88,7 +88,7 @@ class Compilation:
         if sys.exc_info()[1] is not self.error:  # such as an interrupt
             self._close("\n")
         elif event == COMPILING:
-            self._close(f"\rCompiled {self.subject} in {self.ended - self.since:.0f} s.\n")
+            self._close(f"Compiled {self.subject} in {self.ended - self.since:.0f} s.\n", is_again=True)
         if event == COMPILING:
             self.ended = 0.0
             if not self.calls:
@@ -104,12 +104,16 @@ class Compilation:
         self.timer.start()
 
     def _say(self, stream: TextIO) -> None:
-        _write(stream, f"Compiling {self.subject} ...")
+        _write(stream, f"Compiling {self.subject} ..." + ("" if is_terminal(stream) else "\n"))
         self.said = stream
 
-    def _close(self, text: str) -> None:
-        """End an open message."""
+    def _close(self, text: str, *, is_again: bool = False) -> None:
+        """End an open message, which a line of a terminal replaces if it is said again."""
         if self.said is not None:
+            if not is_terminal(self.said):
+                text = text if is_again else ""
+            elif is_again:
+                text = f"\r{text}"
             _write(self.said, text)
             self.said = None
 
@@ -145,6 +149,8 @@ def compiling(text: str, model: object, function: Callable[..., object], wanted:
     `function` is the function called. jax may compile its transpose later.
     """
     work, name = _here.work, getattr(function, "__name__", "")
+    if wanted is None and work.calls and work.subject is not None:
+        wanted = work.subject.wanted  # of the study around a run
     work.subject = work.last = Subject(f"{text} of {type(model).__name__}", f"jit({name})", wanted)
     is_whole = work.depth == 0
     work.calls += is_whole
@@ -164,7 +170,7 @@ def differentiating() -> None:
     work = _here.work
     if work.subject is not None and not work.subject.is_gradient:
         work.subject.is_gradient = True
-        if work.said is not None:
+        if work.said is not None and is_terminal(work.said):
             _write(work.said, f"\rCompiling {work.subject} ...")
 
 

@@ -170,7 +170,26 @@ def test_who_is_told(
         monkeypatch.setenv("ACAUSAL_PROGRESS", chosen)
     with _progress.compiling("a run", rc(), takes, wanted):
         takes((_progress.COMPILING, 0.1))
-    assert terminal.lines() == ([said("a run of RC")] if is_said else [])
+    assert terminal.lines()[-1:] == ([said("a run of RC")] if is_said else [])
+
+
+def test_a_log_has_a_line_before_and_after(terminal: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study reports the runs in its program, too, which have no wish of their own."""
+    monkeypatch.setattr(terminal, "isatty", lambda: False)
+
+    def run() -> None:
+        with _progress.compiling("a run", rc(), takes):
+            takes((_progress.COMPILING, 0.1))
+
+    run()
+    assert terminal.getvalue() == ""
+    monkeypatch.setattr(_progress, "DELAY", 0.05)
+    with _progress.compiling("the results", rc(), takes, True):
+        monitoring.record_scalar(_progress.TRACING, time.time(), fun_name="f")
+        run()
+        monitoring.record_event_duration_secs(_progress.TRACING, 0.1, fun_name="f")
+        takes((_progress.COMPILING, 0.1))
+    assert re.fullmatch(r"Compiling a run of RC \.\.\.\nCompiled a run of RC in \d s\.\n", terminal.getvalue())
 
 
 def test_a_notebook_is_told(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from _problems import GearedLoad, Valleys
 
-from acausal import SimulationError
+from acausal import SimulationError, _progress
 from acausal.design import identify, optimise, pareto
 from acausal.design._compute.cores import interruptible
 from acausal.design._compute.evaluator import Evaluator
@@ -81,6 +81,8 @@ def test_a_search_reports_its_first_failures_and_how_far_it_is(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(report, "EVERY", 0.0)
+    monkeypatch.setattr(report, "PAUSE", 1000.0)
+    monkeypatch.setattr(_progress, "DELAY", 1000.0)
 
     def time(m: GearedLoad) -> Any:
         return jnp.where(m.ratio > 19.5, jnp.inf, m.time)
@@ -92,6 +94,24 @@ def test_a_search_reports_its_first_failures_and_how_far_it_is(
     assert sum("failed:" in line for line in lines) == 5
     optimise(GearedLoad(), {"ratio": (2.0, 100.0)}, {"time": time}, start={"ratio": 50.0}, progress=False)
     assert capsys.readouterr().err == ""
+
+
+@pytest.mark.parametrize("progress", [None, False])
+def test_a_log_has_the_compilation_and_the_iterations(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, progress: bool | None
+) -> None:
+    monkeypatch.delenv("ACAUSAL_PROGRESS", raising=False)
+    monkeypatch.setattr(_progress, "DELAY", 0.0)
+    monkeypatch.setattr(report, "PAUSE", 0.0)
+    optimise(GearedLoad(), RATIO, {"time": (lambda m: m.time, "ms")}, sensitivities=False, progress=progress)
+    lines = capsys.readouterr().err.splitlines()
+    if progress is False:
+        assert lines == []
+        return
+    assert lines[0] == "Compiling the results and their derivatives of GearedLoad ..."
+    assert lines[1].startswith("Compiled the results and their derivatives of GearedLoad in ")
+    assert lines[2].startswith("step 0: time ")
+    assert lines[-1].startswith("step ")
 
 
 # On a busy machine the interrupt can come before the searches have begun, and is then raised.

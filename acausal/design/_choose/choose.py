@@ -74,6 +74,8 @@ def choose(
     owners = columns[0][1]
     for structure, (_, own) in zip(structures, columns, strict=True):
         _check_owners(structure, own, owners, objectives)
+    for batch in batches:
+        batch.progress = progress
     if executor is None:
         compile_together(batches, [structure.x for structure in structures])
     found: list[Outcomes] = []

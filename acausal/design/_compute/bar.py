@@ -2,6 +2,7 @@
 
 import sys
 import time
+from typing import TextIO
 
 from ..._progress import is_read, is_silent, is_terminal
 from .._problem.types import Progress
@@ -61,6 +62,11 @@ class Bar:
             rate = (done - self._first[0]) / max(now - self._first[1], 1e-9)
             how = f", {rate:.3g} per s, {(total - done) / rate:.0f} s left"
         return f"{self._what} [{'#' * filled}{'.' * (30 - filled)}] {done} of {total}{how}"
+
+
+def is_logged(stream: TextIO | None, wanted: bool | None, waited: float) -> bool:
+    """Whether to print a message to a log after so many seconds without one."""
+    return waited >= EVERY and not is_silent(stream, wanted)
 
 
 def _write(text: str) -> None:

@@ -66,6 +66,7 @@ class Evaluator:
         self.names: tuple[str, ...] = ()  # of the values, known after the first evaluation
         self.owners: tuple[str, ...] = ()  # name of the function of each value
         self.evaluations, self.failures, self.seconds = 0, 0, 0.0
+        self.progress: bool | None = None  # messages about compilations; False: none
         self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
         self._evaluated: dict[bytes, Evaluation] = {}
         self._compiled = eqx.filter_jit(self._with_jacobian)
@@ -89,8 +90,13 @@ class Evaluator:
         return found
 
     def _run_at(self, x: np.ndarray) -> Any:
-        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian):
+        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian, self.is_told):
             return jax.block_until_ready(self._compiled(self.model, x))
+
+    @property
+    def is_told(self) -> bool:
+        """Whether long compilations are reported, also in a log."""
+        return self.progress is not False
 
     def idle(self, rows: Iterable[int]) -> np.ndarray:
         """Marks variables with zero derivatives of some results in all evaluations."""
@@ -132,7 +138,7 @@ class Evaluator:
             return weights @ self.results(self.free.with_values(model, x))[0]
 
         def gradient() -> Component:
-            with trials(), compiling("the sensitivities", self.model, combined):
+            with trials(), compiling("the sensitivities", self.model, combined, self.is_told):
                 return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
 
         return interruptible(gradient)

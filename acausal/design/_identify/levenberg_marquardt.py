@@ -124,7 +124,7 @@ def solved(problem: FitProblem, z: np.ndarray, held: Bool[Array, " n"], toleranc
     """One search that a keyboard interrupt can end."""
 
     def work() -> Any:
-        with compiling("the fit", problem.model, _solve):
+        with compiling("the fit", problem.model, _solve, True):
             return jax.block_until_ready(_solve(problem, jnp.asarray(z), held, *problem.bounds, tolerance, most))
 
     return interruptible(work)

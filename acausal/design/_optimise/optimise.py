@@ -65,8 +65,9 @@ def optimise(
     - `method`: "SLSQP" or "trust-constr" of scipy, with exact gradients. Newton's method on the KKT conditions refines
       the result. The residual is as accurate as the runs: use `rtol=1e-9` or so.
     - `most`: most iterations. `sensitivities`: whether to compute those of the optimum to all fixed parameters.
-    - `progress`: whether to print a line for each iteration; by default on a terminal. Unless it is False, the search
-      also reports the first failures and, every ten seconds, the number of designs.
+    - `progress`: whether to print a line for each iteration; by default on a terminal, and every second in logs.
+      Unless it is False, the search also reports long compilations, the first failures and, every ten seconds, the
+      number of designs.
 
     If a run fails or never meets its stop condition, the search steps back, whatever the `throw` of the run. It stops
     if the start and four designs spread between the bounds fail for the same reason. A keyboard interrupt ends the

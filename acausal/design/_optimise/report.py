@@ -12,16 +12,24 @@ from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.limits import Objective
 from .task import Task
 
+PAUSE = 1.0  # s between the steps that a log reports
+
 
 def reporter(
     task: Task, objective: Objective, number: int, starts: int, wanted: bool | None
 ) -> Callable[[int, Evaluation], None]:
-    """A function that prints a line for each step of a search: on a terminal, or as `wanted`."""
+    """A function that prints a line for each step of a search, unless `wanted` is False. In a log, steps that follow
+    each other within `PAUSE` are left out, unless `wanted` is True.
+    """
     start = f"start {number + 1} of {starts}, " if starts > 1 else ""
+    said = time.monotonic()
 
     def report(step: int, found: Evaluation) -> None:
+        nonlocal said
         if not is_read(sys.stderr, wanted):
-            return
+            if is_silent(sys.stderr, wanted) or time.monotonic() - said < PAUSE:
+                return
+            said = time.monotonic()
         shown = f"{objective.scale.value(found.values[task.objective]):.6g}{objective.scale.text}"
         print(f"{start}step {step}: {objective.name} {shown}{_worst(task, found.values)}", file=sys.stderr)
 
@@ -46,6 +54,7 @@ class ProgressReport:
 
     def __init__(self, evaluator: Evaluator, wanted: bool | None) -> None:
         self._evaluator, self._wanted = evaluator, wanted
+        evaluator.progress = wanted
         self._began = self._said = time.monotonic()
 
     def __call__(self, found: Evaluation) -> None:

@@ -90,6 +90,7 @@ class Batch:
         self, model: Component, free: Free, functions: Mapping[str, Function], run: Function | None = None
     ) -> None:
         self.model, self.free, self.functions, self.run = model, free, dict(functions), run
+        self.progress: bool | None = None  # messages about compilations; False: none
         self._key = uuid.uuid4().hex
 
     def __eq__(self, other: object) -> bool:
@@ -129,7 +130,7 @@ class Batch:
         """Results and codes of at most `CHUNK` members."""
         with _making:
             function = _compiled(self)
-        with trials(), compiling("a batch of runs", self.model, function):
+        with trials(), compiling("a batch of runs", self.model, function, self.progress is not False):
             values, codes = function(x)
         return np.asarray(values)[: len(x)], np.asarray(codes)[: len(x)]
 

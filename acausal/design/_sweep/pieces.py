@@ -39,6 +39,7 @@ def evaluated(
     The error of a piece does not end the others. It is a `DesignWarning`, or is raised if a store keeps the finished
     members or there are none. It is a `SimulationError` if a worker died and its executor did not replace it.
     """
+    batch.progress = False if callable(progress) else progress
     kept = Memory(len(x), len(batch.columns[0])) if store is None else store
     chunk = chunk if store is None else store.chunk
     rows, total, bar = kept.open, len(x), Bar(what, progress)

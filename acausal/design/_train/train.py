@@ -19,6 +19,7 @@ from ..._extras import needed
 from ..._integrate.setup.options import count
 from ..._numbers import Scalar
 from ..._progress import compiling, is_read
+from .._compute.bar import is_logged
 from .._problem.corners import why_not_built
 
 M = TypeVar("M", bound=Component, covariant=True)
@@ -73,7 +74,7 @@ def train(
     - `steps`: number of steps. A keyboard interrupt ends the training with the best model so far.
     - `optimiser`: of optax. The default `optax.lbfgs()` converges fast for a loss without noise; use for example
       `optax.adam(0.01)` for a loss that draws new samples in each step.
-    - `progress`: whether to print the loss now and then; by default on a terminal.
+    - `progress`: whether to print the loss every second; by default on a terminal, and every ten seconds in a log.
 
     An error after the first step, such as a loss that is not finite, also ends the training with the best model so far,
     and with a `DesignWarning`.
@@ -97,7 +98,7 @@ def train(
     state, best, said = optimiser.init(values), values, time.monotonic()
     try:
         for number in range(count(steps, "steps") + 1):
-            with compiling("a training step", model, step):
+            with compiling("a training step", model, step, progress is not False):
                 found, after, state, slope = step(values, state)
             if not np.isfinite(float(found)) or not np.isfinite(float(slope)):
                 raise SimulationError(
@@ -107,7 +108,8 @@ def train(
             best = values if not losses or float(found) < min(losses) else best
             losses.append(float(found))
             values = after
-            if time.monotonic() - said > EVERY and is_read(sys.stderr, progress):
+            waited = time.monotonic() - said
+            if waited > EVERY and (is_read(sys.stderr, progress) or is_logged(sys.stderr, progress, waited)):
                 said = time.monotonic()
                 print(f"step {number}: loss {losses[-1]:.6g}", file=sys.stderr)
     except (KeyboardInterrupt, Exception) as error:
