@@ -93,7 +93,8 @@ class Declaration:
 
     `sign` is the admissible range of its values, which must be finite unless it `is_unbounded`. `select`, `nominal` and
     `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a parameter with
-    the shape of the value that it is given.
+    the shape of the value that it is given. If a variable `is_fixed`, a value that it is given is a condition wherever
+    the variable is, and never only an initial guess.
     """
 
     role: Role
@@ -104,6 +105,7 @@ class Declaration:
     sizes: tuple[int | str, ...] | None = ()
     start: float | tuple[Any, ...] = 0.0  # of an array, a nested tuple, or one number for all elements
     is_unbounded: bool = False
+    is_fixed: bool = False
 
     def admits(self, value: Any) -> Any:
         """Whether each element of `value` is admissible; NaN is not."""

@@ -39,7 +39,7 @@ def report_no_start(
     if not found.violation <= CLOSE:
         is_kept = problem.system.flat.is_variable
         leaves = [leaf if is_kept(i) else outcome.params.get(i, new.get(i, leaf)) for i, leaf in enumerate(leaves)]
-        said = [_contradiction(problem, found), _about_flat(problem, found)]
+        said = [_contradiction(problem, outcome), _about_flat(problem, found)]
         raise SimulationError("".join([*said, _about_ranges(problem, found, leaves, t0), _about_modes(problem)]))
     if np.any(outcome.refused):
         assert events is not None
@@ -53,8 +53,7 @@ def report_no_start(
             "guess closer to an admissible value, or other parameters in solve_for."
         )
     if problem.strict and np.any(outcome.is_open):
-        every = [*constrained_names(problem.system), *problem.trim.names]
-        names = sorted({every[i] for i in np.flatnonzero(outcome.is_open)})
+        names = _undetermined(problem, outcome)
         count = round(float(np.sum(found.freedom)))
         what = "the start values and parameters" if problem.trim.leaves else "the start values"
         raise SimulationError(
@@ -64,9 +63,9 @@ def report_no_start(
         )
 
 
-def _contradiction(problem: Problem, found: NearestPoint) -> str:
+def _contradiction(problem: Problem, outcome: Outcome) -> str:
     """The conditions that are not met, those in conflict, and the remedy."""
-    names = problem.residual_names
+    names, found = problem.residual_names, outcome.found
     residual, slopes = np.asarray(found.residual), np.asarray(found.slopes)
     if not np.all(np.isfinite(residual)) or not np.all(np.isfinite(slopes)):
         bad = [name for name, value in zip(names, residual, strict=True) if not np.isfinite(value)]
@@ -90,6 +89,9 @@ def _contradiction(problem: Problem, found: NearestPoint) -> str:
         lines.append(f"  Conditions in conflict, linearly dependent: {listed([names[i] for i in clash])}.")
     given = _given_names(problem)
     less = "remove one of the conditions" + (f", or omit or free a start value: {listed(given)}" if given else "")
+    still = _undetermined(problem, outcome) if any(len(clash) == 1 for clash in clashes) else []
+    if still:
+        less += f", or, if a condition depends on them, give other initial guesses of {listed(still)}"
     other = "give better initial guesses as start values with free=[...], or an `easier` model to start from"
     lines.append(f"  Remedy: {less if clashes else other}.")
     return "\n".join(lines)
@@ -155,6 +157,12 @@ def _about_ranges(problem: Problem, found: NearestPoint, leaves: Sequence[Number
     ]
     said = requirements(table, left)
     return f"\n  The search ended where its next step would leave a range: {'; '.join(said)}." if said else ""
+
+
+def _undetermined(problem: Problem, outcome: Outcome) -> list[str]:
+    """The states and unknown parameters that the conditions leave undetermined at the end of the search."""
+    every = [*constrained_names(problem.system), *problem.trim.names]
+    return sorted({every[i] for i in np.flatnonzero(outcome.is_open)})
 
 
 def _given_names(problem: Problem) -> list[str]:

@@ -9,6 +9,7 @@ from .held_integers import hold_integers
 from .model import ModelicaModel
 from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
+from .second_rates import name_rates
 from .start_values import StartValues
 from .translation import INITIAL, Translation
 from .tree import attribute_path, tree
@@ -23,6 +24,7 @@ def component(flat: FlatModelica) -> ModelicaModel:
     starts = StartValues(model)
     ModelLeaves(model, starts).make()
     delays = make_delays(model)
+    name_rates(model)
     hold_integers(model)
     groups = _groups(model, starts)
     events = ModelEvents(model, delays)

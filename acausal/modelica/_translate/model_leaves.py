@@ -80,10 +80,12 @@ class ModelLeaves:
         leaf = self._model.leaves[name] = self._leaf(variable, "var")
         if name in initial:
             leaf.is_discrete = True
+            self._starts.state(leaf)
             kept = e.Builtin("Pre", (e.Ref(name),))
             value = e.If(((e.Builtin("Initial", ()), initial.pop(name)),), kept)
             self._equate(variable, e.Ref(name), value, "initial")
         else:
+            self._starts.state(leaf)
             self._equate(variable, e.Builtin("Der", (e.Ref(name),)), e.Const(0.0), "initial")
 
     def _parameter_value(self, variable: FlatVariable, leaf: ModelLeaf, path: list[str]) -> Value:

@@ -5,6 +5,7 @@ import keyword
 from collections.abc import Iterable, Mapping
 from typing import Any, TypeAlias
 
+from ..._declare.annotations import Declaration
 from ..._declare.component import Component
 from ..._declare.fields import FromOne, join
 from ..._declare.node import Port
@@ -45,6 +46,12 @@ def attribute_path(path: str) -> str:
     return ".".join(pieces)
 
 
+def _declaration(leaf: ModelLeaf) -> Declaration:
+    """The declaration of a leaf. A given start value is that of `fixed=true` or of an initial equation."""
+    is_fixed = leaf.role == "var" and (leaf.is_followed or leaf.value is not None)
+    return dataclasses.replace(declaration_of(leaf), is_fixed=is_fixed)
+
+
 @dataclasses.dataclass(frozen=True)
 class _Tree:
     ports: Mapping[str, type[Port]]
@@ -57,7 +64,7 @@ class _Tree:
         values = {n: None if leaf.is_followed else leaf.value for n, leaf in declared.items()}
         if path in self.ports:
             return instance(self.ports[path], values)
-        leaves = {n: declaration_of(leaf) for n, leaf in declared.items()}
+        leaves = {n: _declaration(leaf) for n, leaf in declared.items()}
         cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
         return instance(cls, {**values, **parts})
 
