@@ -1,12 +1,14 @@
 """Errors of the front end in our words, with the place in the text."""
 
 import re
+from pathlib import Path
 
 from ..._errors import listed
 from .._errors import ModelicaError
 from .request import NAME, WRAPPER, Request, unknown
 from .scan import masked
-from .session import rumoca
+from .session import Crashed, errors
+from .view import libraries
 
 _BOX = re.compile(r"× (?P<what>[^\n]*)\n\s*╭─\[[^\n]*?:(?P<line>\d+):(?P<column>\d+)\]")
 _MISSING = re.compile(r"unresolved (?P<kind>type reference|extends base class|component reference): '(?P<name>[^']+)'")
@@ -16,13 +18,38 @@ _PLACED = re.compile(r"(?P<what>.*?) \[(?P<file>[^\[\]]*?):(?P<line>\d+):(?P<col
 
 def syntax_error(request: Request) -> ModelicaError | None:
     """The error for a text that is not Modelica; None if it is."""
-    found = [error.message for error in rumoca().validate_source(request.text, filename=NAME) if error.level == "error"]
+    found = errors(request.text, NAME)
     if not found:
         return None
     first = _BOX.search(found[0])
     if first is None:
         return ModelicaError(f"{request.file or NAME}: {found[0]}")
     return ModelicaError(f"{request.file or NAME}, line {first['line']}, column {first['column']}: {first['what']}.")
+
+
+def crash(error: Crashed, request: Request) -> ModelicaError:
+    """The error for a model that ends the process of the front end."""
+    return ModelicaError(
+        f"{_file_of(request)}: the process of the front end ended while it read {request.model} ({error}). Remedy: "
+        "load parts of the model to find the one that it cannot read, and write that one differently."
+    )
+
+
+def _file_of(request: Request) -> Path | str:
+    """The file of the model, or the folder in which it must be."""
+    if request.file or request.text:
+        return request.file or NAME
+    first, *parts = request.model.split(".")
+    for name, library in libraries(request.roots).items():
+        if re.split(r"[ .]", name)[0] == first:
+            for part in parts:
+                if (library / f"{part}.mo").exists():
+                    return library / f"{part}.mo"
+                if not (library / part).is_dir():
+                    break
+                library /= part
+            return library
+    return listed([str(root) for root in request.roots])
 
 
 def failure(message: str, request: Request) -> ModelicaError:

@@ -8,13 +8,13 @@ from typing import Any, get_args
 
 from .._errors import ModelicaError
 from . import equations, functions, loops, marks, outer_values, patches, stored
-from .failures import failure, syntax_error
+from .failures import crash, failure, syntax_error
 from .local_names import check_local_names
 from .part_checks import check_parts
 from .partial import refuse_partial
 from .request import NAME, WRAPPER, Request, check_modifiers, requested
 from .selections import selecting
-from .session import rumoca, session
+from .session import Crashed, Refused, flat, rumoca
 from .sources import Sources, number, used
 from .text_checks import check_texts
 from .view import libraries, modelica_files, view
@@ -30,7 +30,10 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     key = stored.key(request, rumoca().version())
     found = stored.read(key)
     if found is None:
-        found = json.dumps(_flat(request))
+        try:
+            found = json.dumps(_flat(request))
+        except Crashed as error:
+            raise crash(error, request) from None
         stored.write(key, found)
     hides, content = json.loads(found)
     return content, _sources(request, hides, content)
@@ -68,12 +71,12 @@ def _accepted(request: Request) -> tuple[equations.Hidden, dict[str, Any]]:
             return hides, _loaded(request, hides)
         except loops.TemplateError:
             continue
-        except rumoca().RumocaError as error:
+        except Refused as error:
             if not str(error).startswith("todae"):
                 raise _failure(error, request, hides) from None
     try:
         return last, _loaded(request, last)
-    except rumoca().RumocaError as error:
+    except Refused as error:
         raise _failure(error, request, last) from None
 
 
@@ -84,13 +87,7 @@ def _text(request: Request, hides: equations.Hidden) -> str:
 
 def _loaded(request: Request, hides: equations.Hidden) -> dict[str, Any]:
     text = request.whole(_text(request, hides))
-    try:
-        loaded = session(view(request.roots, hides)).loads(text, model=WRAPPER, filename=NAME)
-    except BaseException as error:
-        if type(error).__name__ != "PanicException":  # the class, which is no `Exception`, has no public name
-            raise
-        raise rumoca().RumocaError(f"todae panicked: {error}") from None
-    return loops.expanded(loaded.to_dict("flat"))
+    return loops.expanded(flat(view(request.roots, hides), text, WRAPPER, NAME))
 
 
 def _failure(error: Exception, request: Request, hides: equations.Hidden) -> ModelicaError:
