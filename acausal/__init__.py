@@ -24,6 +24,7 @@ State what they do:
                      Results of the methods `equations`, `connections`, `energy`, `events`, `requirements`.
     eq, connect      An equation; a connection of ports.
     when, at*        An event at a condition; an event at known times.
+    impact*, yields* The impulse of an impact; the values of modes during an impulse.
     remember*, recall*, ROW*
                      The history of a signal; its value at a time in the past; the width of a history.
     refuse, require  A condition that ends a run; a condition on parameters.
@@ -101,6 +102,8 @@ from ._declare.by_name import parameters as parameters
 from ._declare.by_name import replace as replace
 from ._declare.component import Component, Connections, Energy, Equations, Events, connect, eq, refuse, when
 from ._declare.component import at as at
+from ._declare.component import impact as impact
+from ._declare.component import yields as yields
 from ._declare.history import ROW as ROW
 from ._declare.history import recall as recall
 from ._declare.history import remember as remember

@@ -17,7 +17,7 @@ of a stuck or sliding pair.
 import jax.numpy as jnp
 from jax import Array
 
-from acausal import Events, Scalar, when
+from acausal import Events, Scalar, when, yields
 
 STUCK = 0.0
 FREE = 2.0
@@ -84,6 +84,7 @@ def changes(
         _moves=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
         forward=when(is_held & (s > high), mode=1.0, moving=0.0),
         backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
+        _slips=yields(mode=jnp.where(stuck(mode), FREE, mode)),
         tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), **onward),
     )
 

@@ -65,6 +65,24 @@ class Refuse(NamedTuple):
     reason: str
 
 
+class Impact(NamedTuple):
+    """An event with an impulse, and a contact that can share the impulses of other ones."""
+
+    condition: Truth | Numbers
+    closed: Truth | Numbers
+    speed: Numbers
+    after: Numbers
+    acceleration: Numbers
+    changes: dict[str, Numbers]
+    force: str
+
+
+class Yields(NamedTuple):
+    """Values of discrete variables during an impulse."""
+
+    changes: dict[str, Numbers]
+
+
 class Follow(NamedTuple):
     """Discrete variables that the event iteration makes equal to values."""
 
@@ -77,7 +95,7 @@ class Started(NamedTuple):
     changes: dict[str, Numbers]
 
 
-Event: TypeAlias = When | At | Refuse | Follow | Started | Remember
+Event: TypeAlias = When | At | Refuse | Impact | Yields | Follow | Started | Remember
 Events: TypeAlias = dict[str, Event]
 
 
@@ -105,6 +123,44 @@ def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At
 def refuse(condition: Truth | Numbers, reason: str) -> Refuse:
     """State a condition under which a component cannot work: the run ends with an error that gives the reason."""
     return Refuse(condition, reason)
+
+
+def impact(
+    condition: Truth | Numbers,
+    *,
+    force: str,
+    speed: Numbers,
+    acceleration: Numbers,
+    after: Numbers = 0.0,
+    closed: Truth | Numbers = False,
+    **changes: Numbers,
+) -> Impact:
+    r"""State the law of a unilateral contact, and an event at which an impulse acts on it.
+
+    `force` names a discrete variable in N that is zero; the equations add it as a contact force that pushes. `speed` is
+    the separation speed u at the contact, positive if it opens, such that force times speed is a power.
+    `acceleration` is its rate. `after` is the least separation speed after an impact, such as -restitution u; it is at
+    most -u, so that the impact gains no energy. When `condition` becomes true, the engine finds the impulses p of this
+    contact, of all others whose condition becomes true at this instant, and of those that are `closed`, together:
+
+    $$u^+ = u + W p, \qquad p_i \ge 0, \quad u_i^+ \ge \mathrm{after}_i, \quad p_i\,(u_i^+ - \mathrm{after}_i) = 0.$$
+
+    $W_{ij}$ is the change of acceleration i with force j. All states change by the change of their rates with the
+    forces, times p: speeds of the whole model jump, and positions do not. A closed contact transmits impulses, or
+    separates. This is Newton's law of restitution with simultaneous contacts (Moreau 1988; Glocker, `Set-Valued Force
+    Laws`, 2001). The rates hold for the values of all `yields` of the model, in which closed contacts and stuck
+    friction let go. `changes` are those of `when`.
+    """
+    return Impact(condition, closed, speed, after, acceleration, changes, force)
+
+
+def yields(**changes: Numbers) -> Yields:
+    """State values that discrete variables have during an impulse, as in `yields(mode=FREE)`.
+
+    A contact at rest, or friction that sticks, holds two sides together by an equation. An impulse exceeds every finite
+    force, so friction lets go, and a contact takes part by its own `impact`.
+    """
+    return Yields(changes)
 
 
 def follow(**changes: Numbers) -> Follow:

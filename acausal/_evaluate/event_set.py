@@ -18,13 +18,13 @@ from .._reduce.flat_model import indexed
 from .._reduce.jaxpr_instants import Instants
 from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
-EventKind = Literal["when", "at", "sample", "refuse", "hold", "follow", "started", "remember"]
+EventKind = Literal["when", "at", "sample", "refuse", "impact", "yields", "hold", "follow", "started", "remember"]
 
 
 @dataclasses.dataclass(frozen=True)
 class EventEntry:
-    """One event of a component, or of all members of an array of them; `targets` are the leaves that it changes, and
-    `history` is the leaf that holds the history of a `remember`.
+    """One event of a component, or of all members of an array of them; `targets` are the leaves that it changes,
+    `history` is the leaf that holds the history of a `remember`, and `force` that of the force of an `impact`.
     """
 
     path: str
@@ -35,6 +35,7 @@ class EventEntry:
     reason: str = ""  # of a `refuse`
     repeats: bool = False  # whether it is periodic
     history: int | None = None
+    force: int | None = None
 
     @property
     def count(self) -> int:
@@ -48,7 +49,7 @@ class EventEntry:
     @property
     def is_listed(self) -> bool:
         """Whether the log of a run lists it."""
-        return self.kind in ("when", "at", "sample", "refuse") and not self.is_internal
+        return self.kind in ("when", "at", "sample", "refuse", "impact") and not self.is_internal
 
     @property
     def is_logged(self) -> bool:
@@ -57,7 +58,7 @@ class EventEntry:
 
     @property
     def has_condition(self) -> bool:
-        return self.kind in ("when", "refuse", "hold")
+        return self.kind in ("when", "refuse", "impact", "hold")
 
     def label(self, index: int) -> str:
         """The path of the event of one member."""
@@ -97,6 +98,8 @@ class EventSet:
     - `logic`: the condition of each event as an expression of relations; None for events without a condition.
     - `times`: the time or times of each scheduled entry, and its period, infinite for a single event.
     - `actions`: the new values, one array for each target of each entry.
+    - `contacts`: for each `impact`, whether it is closed, its separation speed and the least one after an impact.
+      `accelerations`: the rate of each of these speeds.
     - `signals` and `delays`: the recorded signal and the delay of each `remember`.
     - `instants`: the instants at which conditions on time alone change, from the leaves `read_by_instants`.
     """
@@ -108,6 +111,8 @@ class EventSet:
     logic: tuple[Expression | None, ...]
     times: Function
     actions: Function
+    contacts: Function
+    accelerations: Function
     signals: Function
     delays: Function
     instants: Instants | None
@@ -189,5 +194,6 @@ class EventSet:
     @ft.cached_property
     def leaves(self) -> frozenset[int]:
         """All leaves that are read."""
-        functions = (self.indicators, self.sizes, self.times, self.actions, self.signals, self.delays)
+        functions = (self.indicators, self.sizes, self.times, self.actions, self.contacts, self.accelerations)
+        functions += (self.signals, self.delays)
         return frozenset(self.read_by_instants).union(*(function.leaves for function in functions))

@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._declare.component import At, Event, Refuse, When
+from .._declare.component import At, Event, Impact, Refuse, When
 from .._declare.history import Remember, returns
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
@@ -42,7 +42,7 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         held = list(_held(flat, leaves))
         entries.extend(entry for entry, _ in held)
         events = [event for _, _, _, event in found]
-        conditions = [jnp.asarray(event.condition) for event in events if isinstance(event, When | Refuse)]
+        conditions = [jnp.asarray(event.condition) for event in events if isinstance(event, When | Refuse | Impact)]
         conditions += [condition for _, condition in held]
         pairs = list(zip(entries, events, strict=False))
         times = [item for entry, event in pairs for item in _times(event, entry, leaves)]
@@ -51,7 +51,10 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         records = [event for event in events if isinstance(event, Remember)]
         signals = [jnp.asarray(value, float) for event in records for value in event.signals.values()]
         delays = [jnp.asarray(event.delay, float) for event in records]
-        return conditions, times, values, signals, delays
+        impacts = [event for event in events if isinstance(event, Impact)]
+        contacts = [jnp.asarray(x, float) for event in impacts for x in (event.closed, event.speed, event.after)]
+        rates = [jnp.asarray(event.acceleration, float) for event in impacts]
+        return conditions, times, values, contacts, rates, signals, delays
 
     shapes = [leaf.stack + leaf.sizes for leaf in flat.leaves]
     closed, structure = jax.make_jaxpr(stated, return_shape=True)(*structs(shapes))
@@ -77,7 +80,9 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
     both = jax.make_jaxpr(real)(*structs(shapes))
     half = len(both.out_avals) // 2
     found, read = _instants(flat, truths, time_leaves)
-    actions, signals, delays = (_function(closed, first, end) for first, end in itertools.pairwise(ends[1:]))
+    actions, contacts, rates, signals, delays = (
+        _function(closed, first, end) for first, end in itertools.pairwise(ends[1:])
+    )
     return EventSet(
         tuple(entries),
         _function(both, 0, half),
@@ -86,6 +91,8 @@ def events_of(flat: FlatModel, time_leaves: Collection[int]) -> EventSet | None:
         _in_order(entries, logic),
         _function(closed, n, m),
         actions,
+        contacts,
+        rates,
         signals,
         delays,
         found,

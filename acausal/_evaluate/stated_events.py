@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Follow, Refuse, Sample, Started, When
+from .._declare.component import At, Component, Event, Follow, Impact, Refuse, Sample, Started, When, Yields
 from .._declare.history import ROW, Remember
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
@@ -26,6 +26,8 @@ _KINDS: dict[type, EventKind] = {
     At: "at",
     Sample: "sample",
     Refuse: "refuse",
+    Impact: "impact",
+    Yields: "yields",
     Follow: "follow",
     Started: "started",
     Remember: "remember",
@@ -92,12 +94,13 @@ def entry_of(flat: FlatModel, path: str, name: str, depth: int, event: Event) ->
             raise ModelError(
                 f"{where} changes {target}, a {role}. Declare what events change with Discrete[...] or Var[...]."
             )
-        if role != "discrete" and isinstance(event, Follow | Started):
+        if role != "discrete" and isinstance(event, Follow | Started | Yields):
             raise ModelError(f"{where} changes {target}, a {role}. Declare it with Discrete[...].")
         targets.append(places[full])
+    force = _force(flat, event, path, places, where) if isinstance(event, Impact) else None
     reason = event.reason if isinstance(event, Refuse) else ""
     repeats = isinstance(event, At) and event.every is not None
-    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason, repeats, history)
+    return EventEntry(path, name, _KINDS[type(event)], stack, tuple(targets), reason, repeats, history, force)
 
 
 def changes_of(event: Event) -> dict[str, Numbers]:
@@ -134,7 +137,7 @@ def _stack(event: Event, where: str, depth: int) -> tuple[int, ...]:
     match event:
         case At():
             return _checked_times(event, where)[:depth]
-        case When() | Refuse():
+        case When() | Refuse() | Impact():
             return _checked_condition(event, where, depth)
     if isinstance(event, Remember):
         return np.shape(_signal(event, where)[1])[:depth]
@@ -153,7 +156,7 @@ def _checked_times(event: At, where: str) -> tuple[int, ...]:
     return shape
 
 
-def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[int, ...]:
+def _checked_condition(event: When | Refuse | Impact, where: str, depth: int) -> tuple[int, ...]:
     """The shape of a condition in `depth` arrays. Raises `ModelError` if it cannot change."""
     condition = event.condition
     if not is_traced(condition):
@@ -165,6 +168,17 @@ def _checked_condition(event: When | Refuse, where: str, depth: int) -> tuple[in
     if len(shape) != depth:
         raise ModelError(f"{where} has a condition of shape {shape[depth:]}: it must be one truth value.")
     return shape
+
+
+def _force(flat: FlatModel, event: Impact, path: str, places: dict[str, int], where: str) -> int:
+    """The leaf of the contact force of an `impact`."""
+    full = f"{path}.{event.force}" if path else event.force
+    if full not in places or flat.leaves[places[full]].declaration.role != "discrete":
+        raise ModelError(
+            f"{where} has the force {event.force}, which is not a discrete variable of the component. Declare it with "
+            'Discrete[Scalar, "N"] = 0.0, and add it to the contact force in the equations.'
+        )
+    return places[full]
 
 
 def _signal(event: Remember, where: str) -> tuple[str, Numbers]:

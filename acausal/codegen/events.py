@@ -50,6 +50,11 @@ class CEvents:
         return sum(int(np.prod(aval.shape)) for aval in self.events.times.closed.out_avals[::2])
 
     @ft.cached_property
+    def impacts(self) -> list[tuple[int, EventEntry]]:
+        """The impacts, each with the number of its first event."""
+        return [(first, entry) for first, entry in self.events.numbered if entry.kind == "impact"]
+
+    @ft.cached_property
     def _targets(self) -> list[tuple[int, EventEntry, int]]:
         """The number of the first event, the events, and the leaf that they set."""
         return [(first, entry, leaf) for first, entry in self.events.numbered for leaf in entry.targets]
@@ -128,7 +133,7 @@ class CEvents:
 
     def _writer(self, what: str) -> Writer:
         writer = Writer(self.model.tables, f"{what} of {self.model.name}")
-        for name in ("m", "t", "v", "p", "d", "indicator", "new", "first", "every"):
+        for name in ("m", "t", "v", "p", "d", "indicator", "new", "first", "every", "closed", "speed", "after", "rate"):
             writer.names.new(name)
         return writer
 
@@ -150,15 +155,52 @@ class CEvents:
 
     def _act(self) -> list[str]:
         model, starts = self.model, starts_of(self.events.actions.closed)
-        head = f"static int act({model.name} *m, const int *fired)"
+        name, more = ("set_new_values", "") if self.impacts else ("act", ", const int *repeated")
+        head = f"static int {name}({model.name} *m, const int *fired{more})"
+        unread = () if self.impacts else ("repeated",)
         if not starts:
-            return [function(head, ["    return 1;"], unread=("m", "fired"))]
+            return [function(head, ["    return 1;"], unread=("m", "fired", *unread)), *self._impulses()]
         writer = self._writer("An event")
         self._outputs(writer, self.events.actions, [("new", start) for start in starts])
         new = function(
             f"static void new_values(const {model.name} *m, double *new)", writer.lines, unread=("m",), is_constant=True
         )
-        return [*self.resets.functions(), new, function(head, self._changes())]
+        return [*self.resets.functions(), new, function(head, self._changes(), unread=unread), *self._impulses()]
+
+    def _impulses(self) -> list[str]:
+        """The impacts: tables, the contacts, and the impulses."""
+        if not self.impacts:
+            return []
+        model, layout = self.model, self.model.layout
+        counts = [entry.count for _, entry in self.impacts]
+        starts = np.cumsum([0, *counts]).tolist()
+        numbers = np.concatenate([first + np.arange(entry.count) for first, entry in self.impacts])
+        forces = [
+            layout.discrete[entry.force] + np.arange(entry.count)
+            for _, entry in self.impacts
+            if entry.force is not None
+        ]
+        contacts, rates = self._writer("A contact"), self._writer("A contact")
+        targets = [(name, start) for start in starts[:-1] for name in ("closed", "speed", "after")]
+        self._outputs(contacts, self.events.contacts, targets)
+        self._outputs(rates, self.events.accelerations, [("rate", start) for start in starts[:-1]])
+        sizes = {"N_IMPACTS": starts[-1], "N_STATES": model.n_states, "N_DISCRETE": layout.n_discrete}
+        return [
+            "\n".join(f"#define {name} {size}" for name, size in sizes.items()),
+            array("event_of_impact", numbers, "i"),
+            array("force_of_impact", np.concatenate(forces), "i"),
+            array("rate_of_state", model.rate_places, "i"),
+            array("is_yields", np.array([entry.kind == "yields" for entry in self.events.members], int), "i"),
+            function(
+                f"static void contact_speeds(const {model.name} *m, double *closed, double *speed, double *after)",
+                contacts.lines, unread=("m",), is_constant=True,
+            ),
+            function(
+                f"static void contact_rates(const {model.name} *m, double *rate)",
+                rates.lines, unread=("m",), is_constant=True,
+            ),
+            part("impacts").replace("MODEL", model.name),
+        ]  # fmt: skip
 
     def _changes(self) -> list[str]:
         """The statements that change the model by the events that fired."""

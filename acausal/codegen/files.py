@@ -59,6 +59,7 @@ def source_of(
         *more,
     ]
     is_tied = events is not None and events.resets.is_tied
+    has_matrix |= events is not None and bool(events.impacts)
     common = shared(evaluations, has_roots=tangents.has_roots, has_matrix=has_matrix, has_equations=is_tied)
     text = "\n\n".join([*common, *body])
     head = "\n".join([f'#include "{model.name}.h"', "#include <math.h>"])

@@ -31,9 +31,10 @@ class HardStop(Component):
 
     At a stop the speed changes from w to -restitution w. If the rebound is no faster than `rest`, the shaft rests at
     the stop, held by the contact torque, until it is pulled away. This ends an infinite series of ever smaller rebounds
-    after a finite number. Impacts and lift-off are events. The shaft must have an inertia. An impact changes only the
-    speed of parts rigidly joined to the shaft: this is correct for one moving body, but does not share the impulse
-    among several bodies coupled by planetary gears or levers.
+    after a finite number. Impacts and lift-off are events. The shaft must have an inertia. The impulse changes the
+    speeds of the whole model by its inertias, also through planetary gears with several degrees of freedom. Other
+    contacts that are closed or struck at the same instant share it, and friction that sticks lets go: see
+    `acausal.impact`.
 
     If a stop and dry friction hold the shaft together, the stop carries the load because it does not creep. If two
     stops hold it, give one of them a `creep` of 1e-10 / (kg.m2).
@@ -51,6 +52,8 @@ class HardStop(Component):
     tau: Var[Scalar, "N.m"] = 0.0  # contact torque into the stop; negative at the lower stop
     path: Var[Scalar, "N.m"] = 0.0  # tau while at rest, otherwise the value of the acceleration
     mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
+    push_low: Discrete[Scalar, "N.m"] = 0.0  # torque of an impact at the lower stop; zero except at an impact
+    push_high: Discrete[Scalar, "N.m"] = 0.0  # the same at the upper stop
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -67,14 +70,14 @@ class HardStop(Component):
             speed=eq(self.w, d.flange.phi),
             acceleration=eq(self.acceleration, d.w),
             held=eq(self.acceleration, held, check_units=False),
-            contact=eq(self.tau, _impact.effort(self.mode, self.path)),
+            contact=eq(self.tau, _impact.effort(self.mode, self.path, self.push_high - self.push_low)),
             torque=eq(self.flange.tau, self.tau),
         )
 
     def events(self) -> Events:
         return _impact.stops(
-            self.mode, self.flange.phi, self.w, self.path, self.phi_min, self.phi_max,
-            e=self.restitution, slow=self.rest, name="w",
+            self.mode, self.flange.phi, self.w, self.acceleration, self.path, self.phi_min, self.phi_max,
+            e=self.restitution, slow=self.rest,
         )  # fmt: skip
 
     def energy(self) -> Energy:

@@ -34,9 +34,10 @@ class HardStop(Component):
 
     At a stop the speed changes from v to -restitution v. If the rebound is no faster than `rest`, the rod rests at the
     stop, held by the contact force f, until it is pulled away. This ends the infinitely many jumps of a ball after a
-    finite number. The stops only push. Impacts and lift-off are events. The rod must have a mass. An impact changes
-    only the speed of parts rigidly joined to the rod: this is correct for one moving body, but does not share the
-    impulse among several bodies coupled by planetary gears or levers.
+    finite number. The stops only push. Impacts and lift-off are events. The rod must have a mass. The impulse changes
+    the speeds of the whole model by its inertias, also through levers and gears with several degrees of freedom. Other
+    contacts that are closed or struck at the same instant share it, and friction that sticks lets go: see
+    `acausal.impact`.
 
     If a stop and dry friction hold the rod together, the stop carries the load because it does not creep. If two stops
     hold it, give one of them a `creep` of 1e-10 / kg.
@@ -54,6 +55,8 @@ class HardStop(Component):
     f: Var[Scalar, "N"] = 0.0  # contact force into the stop; negative at the lower stop
     path: Var[Scalar, "N"] = 0.0  # f while at rest, otherwise the value of the acceleration
     mode: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
+    push_low: Discrete[Scalar, "N"] = 0.0  # force of an impact at the lower stop; zero except at an impact
+    push_high: Discrete[Scalar, "N"] = 0.0  # the same at the upper stop
     flange: Flange = Flange()
 
     def requirements(self) -> Requirements:
@@ -70,14 +73,14 @@ class HardStop(Component):
             speed=eq(self.v, d.flange.s),
             acceleration=eq(self.acceleration, d.v),
             held=eq(self.acceleration, held, check_units=False),
-            contact=eq(self.f, _impact.effort(self.mode, self.path)),
+            contact=eq(self.f, _impact.effort(self.mode, self.path, self.push_high - self.push_low)),
             force=eq(self.flange.f, self.f),
         )
 
     def events(self) -> Events:
         return _impact.stops(
-            self.mode, self.flange.s, self.v, self.path, self.s_min, self.s_max,
-            e=self.restitution, slow=self.rest, name="v",
+            self.mode, self.flange.s, self.v, self.acceleration, self.path, self.s_min, self.s_max,
+            e=self.restitution, slow=self.rest,
         )  # fmt: skip
 
     def energy(self) -> Energy:
@@ -117,6 +120,8 @@ class MassWithStopAndFriction(Component):
     mode: Discrete[Scalar, "1"] = stick_slip.FREE  # mode of the friction, see `DryFriction`
     moving: Discrete[Scalar, "1"] = 0.0  # 1 once it slides fast enough to stick again
     stopped: Discrete[Scalar, "1"] = 0.0  # -1 resting at the lower stop, 0 free, 1 resting at the upper stop
+    push_low: Discrete[Scalar, "N"] = 0.0  # force of an impact at the lower stop; zero except at an impact
+    push_high: Discrete[Scalar, "N"] = 0.0  # the same at the upper stop
     a: Flange = Flange()
     b: Flange = Flange()
 
@@ -137,7 +142,7 @@ class MassWithStopAndFriction(Component):
             stuck=eq(self.acceleration, stuck, check_units=False),
             friction=eq(self.f, self._friction()),
             stopped=eq(self.acceleration, self._stopped(), check_units=False),
-            contact=eq(self.contact, _impact.effort(self.stopped, self.path_at_stop)),
+            contact=eq(self.contact, _impact.effort(self.stopped, self.path_at_stop, self.push_high - self.push_low)),
         )
 
     def _stopped(self) -> Scalar:
@@ -158,8 +163,8 @@ class MassWithStopAndFriction(Component):
         return stick_slip.changes(
             self.mode, self.moving, self.v, self.path, low=-peak, high=peak, rest=self.rest, creep=self.creep
         ) | _impact.stops(
-            self.stopped, self.s, self.v, self.path_at_stop, self.s_min + half, self.s_max - half,
-            e=self.restitution, slow=self.rest_at_stop, name="v", mode_name="stopped",
+            self.stopped, self.s, self.v, self.acceleration, self.path_at_stop, self.s_min + half, self.s_max - half,
+            e=self.restitution, slow=self.rest_at_stop, mode_name="stopped",
         )  # fmt: skip
 
     def energy(self) -> Energy:

@@ -373,6 +373,36 @@ def tabulated_spring() -> Rig:
     return Rig(parts=(spring, translational.Mass(m=0.5, v=0.2, s=0.01)), wiring=_spring)
 
 
+def _strikes(
+    striker: Any, first: Any, lever: Any, second: Any, third: Any, middle: Any, stuck: Any, stop: Any
+) -> Connections:
+    return (
+        connect(striker.b, first.a),
+        connect(first.b, lever.a),
+        connect(lever.b, second.a),
+        connect(third.b, middle.a),
+        connect(middle.b, second.a),
+        connect(third.a, stuck.flange, stop.flange),
+    )
+
+
+def contacts() -> Rig:
+    """A mass strikes a lever, whose other end presses a mass in closed contact against one that sticks, at the start;
+    the last one reaches a stop later.
+    """
+    parts = (
+        translational.Mass(m=2.0, s=1e-6, v=3.0),
+        translational.RigidContact(restitution=0.7),
+        translational.Lever(arm_a=0.2, arm_b=0.5),
+        translational.Mass(m=0.7, s=0.0),
+        translational.Mass(m=1.5, s=0.0),
+        translational.RigidContact(mode=-1.0),
+        translational.StribeckFriction(Fc=0.5, Fs=0.8, vs=0.1),
+        translational.HardStop(s_min=-0.2, restitution=0.4),
+    )
+    return Rig(parts=parts, wiring=_strikes)
+
+
 MODELS: dict[str, Callable[[], Component]] = {
     "motor servo": motor_servo,
     "sampled servo": sampled_servo,
@@ -389,4 +419,5 @@ MODELS: dict[str, Callable[[], Component]] = {
     "stick-slip": stick_slip,
     "tabulated spring": tabulated_spring,
     "striker": Striker,
+    "struck train": contacts,
 }

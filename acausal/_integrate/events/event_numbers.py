@@ -128,7 +128,25 @@ class EventNumbers:
     @ft.cached_property
     def acts(self) -> np.ndarray:
         """Events that change variables."""
-        return self._of_entries(lambda entry: bool(entry.targets))
+        return self._of_entries(lambda entry: bool(entry.targets) and entry.kind != "yields") | self.impacts
+
+    @ft.cached_property
+    def impacts(self) -> np.ndarray:
+        """Events with an impulse. Those of one instant happen together, after all others that are due."""
+        return self._of_kinds("impact")
+
+    @ft.cached_property
+    def yields(self) -> np.ndarray:
+        """The values that discrete variables have during an impulse: no events, but changes on trial."""
+        return self._of_kinds("yields")
+
+    @ft.cached_property
+    def forces(self) -> np.ndarray:
+        """The position in the stepped vector of the force of each impact."""
+        places = self.system.carried.discrete_places
+        numbered = self.system.events.numbered if self.system.events else []
+        own = [places[entry.force] for _, entry in numbered if entry.force is not None]
+        return np.concatenate([np.zeros(0, int), *own])
 
     @ft.cached_property
     def responds(self) -> np.ndarray:

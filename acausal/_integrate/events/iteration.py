@@ -49,7 +49,8 @@ def settle(
 ) -> Settled:
     """Executes the events that begin at t, each at its own moment, and then the events that they trigger.
 
-    Events that begin at one instant read the values before all of them. The events that they trigger follow in the next
+    Events that begin at one instant read the values before all of them, except that impacts happen together in the
+    first round without a due event. The events that they trigger follow in the next
     round, and so on. When no more events follow, the events `started` happen, and those that they trigger. Then the
     clocks of this instant tick: all of them read the current values and set their variables together; the events that
     they trigger follow. Samples do not wait for other events, except at the start. If the iteration does not converge
@@ -79,7 +80,7 @@ def settle(
         due=triggered & ~ticks,
         ticks=ticks,
         truths=truths,
-        holds=holds,
+        holds=holds & ~(triggered & events.impacts),
         by_time=none,
         happened=none,
         first=jnp.asarray(-1),

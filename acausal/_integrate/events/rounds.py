@@ -15,6 +15,7 @@ from ..setup.field import RunArgs
 from .changes import changed
 from .event_history import EventHistory
 from .followed import with_follows
+from .impulses import with_impulses
 from .moment import Approach, carried_to_moment
 from .run_events import RunEvents
 
@@ -116,10 +117,11 @@ class Iteration(NamedTuple):
         changes = edges(true, held, events.either)
         triggered = with_follows(events, changes, ys[1], here.values)
         triggered &= ~events.nonlinear & ~events.waits
-        chosen = jnp.where(r.count < TOGETHER + jnp.sum(r.happened), triggered, first_of(events, triggered))
+        first_ones = TOGETHER + jnp.maximum(jnp.sum(r.happened), r.n_own)
+        chosen = jnp.where(r.count < first_ones, triggered, first_of(events, triggered))
         begins = chosen & r.by_time & ~own.is_any
         # Events that time alone triggers happen together with the due ones, before all consequences.
-        fired = jnp.where(own.is_any, own.mask, chosen & ~jnp.any(begins))
+        fired = jnp.where(own.is_any, own.mask & ~events.impacts, chosen & ~jnp.any(begins))
         keeps = own.is_any | (jnp.any(begins) & jnp.any(r.happened & events.acts))
         if self.is_start and events.settings.stop and events.settings.direction is not False:
             # At the start, a stop condition that is exactly zero is met; later it is met when it changes sign.
@@ -131,6 +133,8 @@ class Iteration(NamedTuple):
             # Due events happen at the left limit, which every `follow` takes over: it may change between events.
             setting = fired | (own.is_any & events.follows)
         new, is_bad = changed(events, t, ys[1], here.values, setting, remains, args)
+        repeated = r.happened & (r.count - r.n_own >= TOGETHER)
+        new = with_impulses(events, t, ys[1], new, here, fired, repeated, args)
         y = jnp.where(any_acts | jnp.any(setting), new, ys[1])
         follows = fired | begins
         holds = jnp.where(own.is_any, held, true & (held | follows))
@@ -150,7 +154,7 @@ class Iteration(NamedTuple):
             ticks=ticks,
             truths=jnp.where(own.is_any, r.truths, truths),
             holds=holds,
-            by_time=changes & own.is_any & (not self.is_start),
+            by_time=changes & own.is_any & ~events.impacts & (not self.is_start),
             happened=r.happened | fired,
             first=jnp.where((r.first < 0) & any_acts, jnp.argmax(acts), r.first),
             stored=stored,

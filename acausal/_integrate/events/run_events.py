@@ -27,12 +27,14 @@ RESOLUTION = 4096  # hysteresis of relations in rounding units of the compared t
 
 
 class Here(NamedTuple):
-    """Values at a point: the event indicators of the relations, the new values that events would set, and the stored
-    energy (after the start).
+    """Values at a point: the event indicators of the relations, the new values that events would set, whether each
+    contact is closed with its separation speed and the least one after an impact, and the stored energy (after the
+    start).
     """
 
     indicators: Array
     values: list[Array]
+    contacts: tuple[Array, Array, Array]
     stored: Array
 
 
@@ -181,18 +183,32 @@ class RunEvents(EventNumbers):
         system, events, stop = self.system, self.system.events, self.settings.stop
         stored = None if is_start else self.settings.stored
         wanted = {leaf for part in (stop, stored) if part for leaf in part.leaves}
-        wanted |= {*events.indicators.leaves, *events.actions.leaves} if events else set()
+        wanted |= {*events.indicators.leaves, *events.actions.leaves, *events.contacts.leaves} if events else set()
         ordinary, point = system.solved or system, self._ordinary(y)
         store = ordinary.evaluate(t, point, args.inputs, wanted_pairs(self.system, wanted), anew=True)
         values = values_of(ordinary, t, point, args.inputs, store, wanted)
         indicators = self._indicators(*jax.lax.stop_gradient((t, y, args, values)))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
+        contacts = events.contacts([values[leaf] for leaf in events.contacts.leaves]) if events else []
+        closed, speeds, after = (_joined(contacts[i::3]) for i in range(3))
         energy = stored(args.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
         return Here(
             indicators,
             [jnp.ravel(value) for value in actions],
+            (closed > 0.5, speeds, after),
             jnp.asarray(energy, float),
         )
+
+    def contact_rates(self, t: Numbers, y: Array, args: RunArgs) -> tuple[Array, Array]:
+        """The rates of the states, except algebraic unknowns, and those of the separation speeds of all contacts."""
+        system, events = self.system.solved or self.system, self.system.events
+        assert events is not None
+        leaves, point = events.accelerations.leaves, self._ordinary(y)
+        wanted = [*system.rates, *wanted_pairs(self.system, leaves)]
+        store = system.evaluate(t, point, args.inputs, wanted, anew=True)
+        values = values_of(system, t, point, args.inputs, store, leaves)
+        rates = events.accelerations([values[leaf] for leaf in leaves])
+        return system.plan.collect(store, system.rates), _joined(rates)
 
     def due(self, t: Array, y: Array, args: RunArgs, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for other events."""
@@ -300,6 +316,10 @@ def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tupl
     rows = [jnp.pad(row, ((0, 0), (0, width - row.shape[1])), constant_values=jnp.inf) for row in rows]
     every = [jnp.broadcast_to(jnp.ravel(periods[i]), count) for i, count in schedule.entries]
     return jnp.concatenate(rows), jnp.concatenate(every)[:, None] if schedule.repeats else None
+
+
+def _joined(parts: list[Array]) -> Array:
+    return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(part) for part in parts)])
 
 
 def _spread(parts: list[Array], index: np.ndarray, filler: Numbers) -> Array:

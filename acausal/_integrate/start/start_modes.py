@@ -175,6 +175,8 @@ def sets_values(system: System) -> bool:
     moves = [max(slice_output(closed, i).used, default=-1) >= len(avals) for i in range(len(closed.jaxpr.outvars))]
     places = system.carried.discrete_places
     counts = [
-        entry.kind not in ("at", "sample", "started") and leaf in places for entry in entries for leaf in entry.targets
+        entry.kind not in ("at", "sample", "started", "yields") and leaf in places
+        for entry in entries
+        for leaf in entry.targets
     ]
     return any(is_moving and is_own for is_moving, is_own in zip(moves, counts, strict=True))

@@ -1,0 +1,124 @@
+#define ROUNDING_OF_IMPULSES 1e-11 /* violation of an inequality, relative to its terms, that counts as zero */
+#define LOSSLESS (1.0 - 1e-9) /* ratio of the speeds after and before from which an impact loses no energy */
+
+/* The elements of x that are active, if those have the speeds 0; the others are zero. The matrix has a unit diagonal.
+   Returns 0 if the equations have no solution. */
+static int solve_active(const double *matrix, const double *offset, const int *active, double *x)
+{
+    double own[N_IMPACTS * N_IMPACTS];
+    for (int i = 0; i < N_IMPACTS; i++) {
+        for (int j = 0; j < N_IMPACTS; j++)
+            own[N_IMPACTS * i + j] = active[i] && active[j] ? matrix[N_IMPACTS * i + j] : i == j;
+        x[i] = active[i] ? -offset[i] : 0.0;
+    }
+    return eliminate(own, x, N_IMPACTS);
+}
+
+/* The x >= 0 with u = offset + matrix x >= 0 and x u = 0, by the active-set method of Lawson and Hanson. `size` is that
+   of the terms of the offset. Returns 0 if there is none. */
+static int complementary(const double *matrix, const double *offset, const double *size, double *x)
+{
+    int active[N_IMPACTS] = {0}, is_solved = 1;
+    const double least = ROUNDING_OF_IMPULSES;
+    for (int i = 0; i < N_IMPACTS; i++)
+        x[i] = 0.0;
+    for (int count = 0; count < 10 + 8 * N_IMPACTS; count++) {
+        if (is_solved) {
+            double worst = 0.0;
+            int enters = -1;
+            for (int i = 0; i < N_IMPACTS; i++) {
+                double violation = -offset[i] - least * size[i];
+                for (int j = 0; j < N_IMPACTS; j++) {
+                    const double term = matrix[N_IMPACTS * i + j] * x[j];
+                    violation -= term + least * fabs(term);
+                }
+                if (!active[i] && violation > worst) {
+                    worst = violation;
+                    enters = i;
+                }
+            }
+            if (enters < 0)
+                return 1;
+            active[enters] = 1;
+        }
+        double aim[N_IMPACTS], share = 1.0;
+        if (!solve_active(matrix, offset, active, aim))
+            return 0;
+        is_solved = 1;
+        for (int i = 0; i < N_IMPACTS; i++)
+            if (active[i] && aim[i] <= 0.0) {
+                share = fmin(share, x[i] / (x[i] - aim[i]));
+                is_solved = 0;
+            }
+        /* The step towards the solution ends where the first element becomes zero, which leaves the active set. */
+        for (int i = 0; i < N_IMPACTS; i++) {
+            const int leaves = active[i] && aim[i] <= 0.0 && x[i] / (x[i] - aim[i]) <= share;
+            x[i] = leaves ? 0.0 : x[i] + share * (aim[i] - x[i]);
+            active[i] = active[i] && !leaves;
+        }
+    }
+    return 0;
+}
+
+/* The rates of the states and of the separation speeds with a force of 1 at one contact; without a force at -1. */
+static void evaluate_pushed(MODEL *m, int pushed, double *states, double *speeds)
+{
+    for (int i = 0; i < N_IMPACTS; i++)
+        m->d[force_of_impact[i]] = i == pushed;
+    MODEL_evaluate(m);
+    contact_rates(m, speeds);
+    for (int i = 0; i < N_STATES; i++)
+        states[i] = m->v[rate_of_state[i]];
+}
+
+/* Executes events. If impacts are among them, all states also change by the change of their rates with the contact
+   forces, times the impulses. The rates are those with closed contacts open and stuck friction free. Contacts that are
+   `repeated` at this instant strike each other without end; if one that loses energy is struck, all are plastic. */
+static int act(MODEL *m, const int *fired, const int *repeated)
+{
+    double closed[N_IMPACTS], speed[N_IMPACTS], after[N_IMPACTS], rates[N_STATES], speeds[N_IMPACTS];
+    double pushed[N_STATES], answer[N_IMPACTS * N_STATES], matrix[N_IMPACTS * N_IMPACTS], d[N_DISCRETE], p[N_IMPACTS];
+    double offset[N_IMPACTS], size[N_IMPACTS], scale[N_IMPACTS], change[N_IMPACTS];
+    int is_any = 0, is_again = 0, is_lossy = 0;
+    for (int i = 0; i < N_IMPACTS; i++) {
+        is_any = is_any || fired[event_of_impact[i]];
+        is_again = is_again || (repeated && repeated[event_of_impact[i]]);
+    }
+    if (!is_any)
+        return set_new_values(m, fired);
+    contact_speeds(m, closed, speed, after);
+    for (int i = 0; i < N_IMPACTS; i++)
+        is_lossy = is_lossy || (fired[event_of_impact[i]] && after[i] < -LOSSLESS * speed[i]);
+    const int is_plastic = is_again && is_lossy;
+    for (int i = 0; i < N_DISCRETE; i++)
+        d[i] = m->d[i];
+    set_new_values(m, is_yields);
+    evaluate_pushed(m, -1, rates, speeds);
+    for (int j = 0; j < N_IMPACTS; j++) {
+        evaluate_pushed(m, j, pushed, change);
+        for (int i = 0; i < N_IMPACTS; i++)
+            matrix[N_IMPACTS * i + j] = change[i] - speeds[i];
+        for (int i = 0; i < N_STATES; i++)
+            answer[N_STATES * j + i] = pushed[i] - rates[i];
+    }
+    for (int i = 0; i < N_DISCRETE; i++)
+        m->d[i] = d[i];
+    MODEL_evaluate(m);
+    for (int i = 0; i < N_IMPACTS; i++) {
+        const int e = event_of_impact[i], is_struck = fired[e] || (is_plastic && repeated[e]);
+        const int takes_part = (is_struck || closed[i] > 0.5) && matrix[(N_IMPACTS + 1) * i] > 0.0;
+        after[i] = is_plastic ? 0.0 : after[i];
+        scale[i] = takes_part ? 1.0 / sqrt(matrix[(N_IMPACTS + 1) * i]) : 0.0;
+        offset[i] = scale[i] * (speed[i] - after[i]);
+        size[i] = scale[i] * (fabs(speed[i]) + fabs(after[i]));
+    }
+    for (int i = 0; i < N_IMPACTS; i++)
+        for (int j = 0; j < N_IMPACTS; j++)
+            matrix[N_IMPACTS * i + j] *= scale[i] * scale[j];
+    if (!complementary(matrix, offset, size, p) || !set_new_values(m, fired))
+        return 0;
+    for (int j = 0; j < N_IMPACTS; j++)
+        for (int i = 0; i < N_STATES; i++)
+            m->x[i] += answer[N_STATES * j + i] * scale[j] * p[j];
+    return 1;
+}
