@@ -152,3 +152,42 @@ def test_hidden_algorithms_keep_their_lines_and_spare_functions() -> None:
     assert changed.count("\n") == MANY.count("\n")
     assert "once := u;" in changed
     assert changed.count("  algorithm\n") == 1
+
+
+FILLED = """
+model Filled "arrays of Integer literals, which become Real"
+  function halves
+    input Real u;
+    output Real r[3];
+  protected
+    Real w[3] = {1, 0, 0};
+  algorithm
+    r := {0, 0, 0};
+    for i in 1:3 loop
+      w[i] := w[i] + u;
+      r[i] := w[i] / 2;
+    end for;
+  end halves;
+  Real y[3], column[2], whole[2, 2], z[3] = halves(time), known[3] = halves(0.3);
+algorithm
+  y := {1, 2, 3};
+  for i in 1:3 loop
+    y[i] := y[i] / 2 + time;
+  end for;
+  column := {0, 0};
+  whole := {{1, 2}, {3, 4}};
+  if time > 0.25 then
+    column[2] := time;
+    whole[2, :] := {time, 0.75};
+  end if;
+end Filled;
+"""
+
+
+def test_arrays_of_integers_become_real() -> None:
+    final = simulate(load(FILLED, "Filled"), 0.3, save="end").final
+    assert np.allclose(final.y, [0.8, 1.3, 1.8])
+    assert np.allclose(final.z, [0.65, 0.15, 0.15])
+    assert np.allclose(final.known, final.z)
+    assert np.allclose(final.column, [0.0, 0.3])
+    assert np.allclose(final.whole, [[1.0, 2.0], [0.3, 0.75]])

@@ -107,7 +107,7 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
         copy = np.array(old, dtype=np.result_type(old, value) if np.asarray(value).dtype.kind in "bif" else object)
         copy[index] = value
         return copy
-    return jnp.asarray(old).at[index].set(value)
+    return jnp.asarray(old, jnp.result_type(old, value)).at[index].set(value)
 
 
 def _leaves(body: Sequence[e.Statement], kind: type = e.Return) -> bool:
