@@ -54,12 +54,14 @@ def choose_compiler_options() -> None:
 
 
 def choose_optimisation() -> None:
-    """Switch off most optimisations of XLA for the whole process if the environment variable `ACAUSAL_OPTIMISE` says
-    so: programs compile faster and run more slowly.
-
-    jax has no such setting for single programs that are traced into one of the user's.
+    """Follow the environment variable `ACAUSAL_OPTIMISE`. Without it, the programs of runs are compiled in stages:
+    quickly at first, and with optimisations once they have taken many steps. If it is on, they are optimised at once.
+    If it is off, most optimisations of XLA are switched off for the whole process, because jax has no such setting for
+    single programs that are traced into one of the user's.
     """
-    if os.environ.get("ACAUSAL_OPTIMISE", "").lower() in OFF:
+    chosen = os.environ.get("ACAUSAL_OPTIMISE", "").lower()
+    programs.in_stages = chosen not in (*ON, *OFF)
+    if chosen in OFF:
         jax.config.update("jax_disable_most_optimizations", True)
 
 
@@ -79,9 +81,11 @@ class Programs:
     """The program cache. `folder` is None if the user chose another folder for jax, or none.
 
     `flags` and `context` are the flags of XLA and the settings of jax at import, with which programs are compiled.
+    `in_stages`: programs are compiled quickly at first.
     """
 
     folder: Path | None = None
+    in_stages: bool = True
     flags: str | None = None
     context: Any = None
 

@@ -48,7 +48,7 @@ print(json.dumps([first, warm, beyond]))
 def run(effort: Effort, out: Path | None = None) -> list[Row]:
     """The first run, what each way to read takes beyond another one, and how long both take when all is compiled."""
     end = 2.4 if effort.processes > 1 else 0.1
-    setting = {**os.environ, "ACAUSAL_CACHE": "off"}
+    setting = {**os.environ, "ACAUSAL_CACHE": "off", "ACAUSAL_OPTIMISE": ""}
     command = [sys.executable, "-c", _PROGRAM.replace("{end}", str(end))]
     done = subprocess.run(command, check=True, capture_output=True, text=True, env=setting)
     first, warm, beyond = json.loads(done.stdout.splitlines()[-1])

@@ -71,6 +71,9 @@ class _RunPart:
         # Programs that receive weakly typed numbers require strong types.
         return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), self.part(self.settings, *arguments))
 
+    def steps(self, arguments: Any) -> int:
+        return self.settings.max_steps if self.name == "steps" else 1
+
     def contents(self, arguments: Any) -> list[object]:
         settings = self.settings
         functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)

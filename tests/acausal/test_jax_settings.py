@@ -63,8 +63,9 @@ simulate(rc(), 1.0, save="end")
 print(jax.config.values["jax_disable_most_optimizations"], len(missed) > 0)
 """
     kept = {"ACAUSAL_CACHE": str(tmp_path / "programs")}
-    found = [_run(kept | {"ACAUSAL_OPTIMISE": chosen}, program) for chosen in ("off", "", "off", "on")]
-    assert found == [["True True"], ["False True"], ["True False"], ["False False"]]
+    found = [_run(kept | {"ACAUSAL_OPTIMISE": chosen}, program) for chosen in ("off", "", "off", "", "on", "on")]
+    compiled = [["True True"], ["False True"], ["True False"], ["False False"], ["False True"], ["False False"]]
+    assert found == compiled
 
 
 @pytest.mark.thorough

@@ -129,6 +129,9 @@ class Reading:
     def name(self) -> str:
         return "reading"
 
+    def steps(self, arguments: tuple[Any, Any, Inputs, Any]) -> int:
+        return arguments[1].size
+
     def contents(self, arguments: tuple[Any, Any, Inputs, Any]) -> list[object]:
         return [arguments[2].given, digest_of(self.system), self.solver, self.layout]
 

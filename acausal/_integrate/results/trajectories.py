@@ -121,6 +121,9 @@ class _Trajectories:
 
         return over_batch(at, self.batch)(*arguments)
 
+    def steps(self, arguments: tuple[Any, Any, Inputs]) -> int:
+        return arguments[0].size
+
     def contents(self, arguments: tuple[Any, Any, Inputs]) -> list[object]:
         return [arguments[2].given, digest_of(self.system), self.batch]
 

@@ -130,12 +130,12 @@ def initialised_leaves(
     problem, constants = problem_of(system, list(leaves))
     outcome, new = _searched(problem, constants, leaves, t0, past, throw)
     starts = [leaf.declaration.guess for leaf in system.flat.leaves]
-    before = [starts[i] if leaf is None else leaf for i, leaf in enumerate(leaves)]
+    before = [jnp.asarray(starts[i] if leaf is None else leaf, float) for i, leaf in enumerate(leaves)]
     found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
     found += [new[i] for i in range(len(leaves), len(system.flat.leaves))]
     for i in leaves_of_unknowns(system, problem.given, problem.given_unknowns):
         found[i] = None
-    return found, jnp.where(outcome.is_bad, 1.0, 0.0)
+    return found, jnp.asarray(outcome.is_bad, float)
 
 
 def _searched(

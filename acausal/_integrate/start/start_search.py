@@ -1,8 +1,9 @@
 """The search for consistent start values and modes."""
 
+import dataclasses
 import functools as ft
 from collections.abc import Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -20,6 +21,8 @@ from ..._evaluate.starts import Inputs
 from ..._indices import joined
 from ..._numbers import Numbers
 from ..loop.loop_start import event_start
+from ..programs.made_from import digest_of
+from ..programs.stored_program import result_of
 from ..setup.field import RunArgs
 from ..setup.options import starts_after_past
 from .problem import Problem, Values
@@ -111,8 +114,54 @@ class _Searches:
         return jnp.where(found.violation <= CLOSE, found.x, x0)
 
 
-@ft.partial(jax.jit, static_argnums=0)
 def search_start(
+    problem: Problem,
+    params: ModelParameters,
+    easy: ModelParameters | None,
+    starts: Numbers,
+    t0: Array,
+    constants: list[Numbers],
+    past: Past | None,
+) -> tuple[Outcome, dict[int, Any]]:
+    """Searches for start values. Returns the outcome and the new values of leaves by number.
+
+    `easy` parameters are the origin of a homotopy. If the search fails, the values are those at its end.
+    """
+    return result_of(_StartSearch(problem), (params, easy, jnp.asarray(starts), t0, constants, past))
+
+
+@dataclasses.dataclass(frozen=True)
+class _StartSearch:
+    """The search of a problem, as a function of numbers only."""
+
+    problem: Problem
+
+    @property
+    def name(self) -> str:
+        return "search"
+
+    @ft.partial(jax.jit, static_argnums=0)
+    def __call__(self, arguments: Any) -> tuple[Outcome, dict[int, Numbers]]:
+        return _search(self.problem, *arguments)
+
+    def steps(self, arguments: Any) -> int:
+        return 1
+
+    def contents(self, arguments: Any) -> list[object]:
+        problem, conditions = self.problem, self.problem.conditions
+        handled = ("system", "conditions", "trim")
+        return [
+            digest_of(problem.system),
+            None if conditions is None else (conditions.closed, conditions.leaves),
+            problem.trim.leaves,
+            *(getattr(problem, field.name) for field in dataclasses.fields(problem) if field.name not in handled),
+        ]
+
+    def followers(self, arguments: Any) -> tuple[()]:
+        return ()
+
+
+def _search(
     problem: Problem,
     params: ModelParameters,
     easy: ModelParameters | None,
@@ -121,10 +170,7 @@ def search_start(
     constants: list[Numbers],
     past: Past | None,
 ) -> tuple[Outcome, dict[int, Numbers]]:
-    """Searches for start values. Returns the outcome and the new values of leaves by number.
-
-    `easy` parameters are the origin of a homotopy. If the search fails, the values are those at its end.
-    """
+    """The outcome of `search_start`, and the new values."""
     system, trim, states = problem.system, problem.trim, problem.system.constraints.states
     sizes, searches = trim.sizes(params), _Searches(problem)
     inputs = Inputs(system.intake.packed(params), jnp.asarray(starts), problem.given)
