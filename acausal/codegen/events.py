@@ -155,17 +155,15 @@ class CEvents:
 
     def _act(self) -> list[str]:
         model, starts = self.model, starts_of(self.events.actions.closed)
-        name, more = ("set_new_values", "") if self.impacts else ("act", ", const int *repeated")
-        head = f"static int {name}({model.name} *m, const int *fired{more})"
-        unread = () if self.impacts else ("repeated",)
+        head = f"static int {'set_new_values' if self.impacts else 'act'}({model.name} *m, const int *fired)"
         if not starts:
-            return [function(head, ["    return 1;"], unread=("m", "fired", *unread)), *self._impulses()]
+            return [function(head, ["    return 1;"], unread=("m", "fired")), *self._impulses()]
         writer = self._writer("An event")
         self._outputs(writer, self.events.actions, [("new", start) for start in starts])
         new = function(
             f"static void new_values(const {model.name} *m, double *new)", writer.lines, unread=("m",), is_constant=True
         )
-        return [*self.resets.functions(), new, function(head, self._changes(), unread=unread), *self._impulses()]
+        return [*self.resets.functions(), new, function(head, self._changes()), *self._impulses()]
 
     def _impulses(self) -> list[str]:
         """The impacts: tables, the contacts, and the impulses."""

@@ -1,6 +1,6 @@
 """Impacts in trains of contacts: momentum, restitution and energy for random numbers, and closed forms."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 import jax
 import jax.numpy as jnp
@@ -9,7 +9,22 @@ import pytest
 from _rig import Rig
 from numpy.typing import NDArray
 
-from acausal import Connections, connect, simulate
+from acausal import (
+    Array,
+    Component,
+    Connections,
+    Equations,
+    Events,
+    ModelError,
+    Param,
+    Scalar,
+    Var,
+    connect,
+    eq,
+    impact,
+    simulate,
+    stack,
+)
 from components import rotational, translational
 from components.rotational import IdealGear, IdealGearR2T, Inertia, PlanetaryGear
 from components.translational import HardStop, Lever, Mass, RigidContact, StribeckFriction
@@ -54,6 +69,48 @@ def test_masses_struck_from_both_sides_at_one_instant() -> None:
     model = row([1.0, 3.0, 1.0], [2.0, 0.0, -2.0], [0.0, 1.0, 2.0], [0.5] * 2)
     final = simulate(model, 0.8, save="end").final
     np.testing.assert_allclose([part.v for part in final.parts[:3]], [-1.0, 0.0, 1.0], atol=1e-9)
+
+
+class Row(Component):
+    """Masses with contacts between neighbours, as arrays."""
+
+    masses: Array[Mass]
+    contacts: Array[RigidContact]
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.masses[:-1].b, self.contacts[:].a),
+            connect(self.contacts[:].b, self.masses[1:].a),
+        )
+
+
+@pytest.mark.thorough
+def test_contacts_in_an_array() -> None:
+    """Four masses in closed contact, of which the first is struck: plastic, so all of them move together."""
+    masses = [Mass(m=1.0, s=0.0, v=4.0)] + [Mass(m=1.0, s=1.0, v=0.0)] * 3
+    contacts = [RigidContact(mode=0.0)] + [RigidContact(mode=-1.0)] * 2
+    final = simulate(Row(masses=stack(masses), contacts=stack(contacts)), 1.0, save="end").final
+    np.testing.assert_allclose(final.masses[:].v, np.ones(4), atol=1e-9)
+
+
+class Misnamed(Component):
+    """A ball whose impact names a variable that is not discrete."""
+
+    g: Param[Scalar, "m/s2"] = 9.81
+    h: Var[Scalar, "m"] = 1.0
+    v: Var[Scalar, "m/s"] = 0.0
+    a: Var[Scalar, "m/s2"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.h, self.v), acceleration=eq(self.a, d.v), fall=eq(self.a, -self.g))
+
+    def events(self) -> Events:
+        return dict(impact=impact(self.h < 0.0, force="a", speed=self.v, acceleration=self.a))
+
+
+def test_a_force_of_an_impact_that_is_not_discrete_is_refused() -> None:
+    with pytest.raises(ModelError, match="impact has the force a, which is not a discrete variable"):
+        simulate(Misnamed(), 1.0)
 
 
 class Train(NamedTuple):

@@ -133,8 +133,7 @@ class Iteration(NamedTuple):
             # Due events happen at the left limit, which every `follow` takes over: it may change between events.
             setting = fired | (own.is_any & events.follows)
         new, is_bad = changed(events, t, ys[1], here.values, setting, remains, args)
-        repeated = r.happened & (r.count - r.n_own >= TOGETHER)
-        new = with_impulses(events, t, ys[1], new, here, fired, repeated, args)
+        new = with_impulses(events, t, ys[1], new, here, fired, args)
         y = jnp.where(any_acts | jnp.any(setting), new, ys[1])
         follows = fired | begins
         holds = jnp.where(own.is_any, held, true & (held | follows))

@@ -1,5 +1,4 @@
 #define ROUNDING_OF_IMPULSES 1e-11 /* violation of an inequality, relative to its terms, that counts as zero */
-#define LOSSLESS (1.0 - 1e-9) /* ratio of the speeds after and before from which an impact loses no energy */
 
 /* The elements of x that are active, if those have the speeds 0; the others are zero. The matrix has a unit diagonal.
    Returns 0 if the equations have no solution. */
@@ -72,24 +71,18 @@ static void evaluate_pushed(MODEL *m, int pushed, double *states, double *speeds
 }
 
 /* Executes events. If impacts are among them, all states also change by the change of their rates with the contact
-   forces, times the impulses. The rates are those with closed contacts open and stuck friction free. Contacts that are
-   `repeated` at this instant strike each other without end; if one that loses energy is struck, all are plastic. */
-static int act(MODEL *m, const int *fired, const int *repeated)
+   forces, times the impulses. The rates are those with closed contacts open and stuck friction free. */
+static int act(MODEL *m, const int *fired)
 {
     double closed[N_IMPACTS], speed[N_IMPACTS], after[N_IMPACTS], rates[N_STATES], speeds[N_IMPACTS];
     double pushed[N_STATES], answer[N_IMPACTS * N_STATES], matrix[N_IMPACTS * N_IMPACTS], d[N_DISCRETE], p[N_IMPACTS];
     double offset[N_IMPACTS], size[N_IMPACTS], scale[N_IMPACTS], change[N_IMPACTS];
-    int is_any = 0, is_again = 0, is_lossy = 0;
-    for (int i = 0; i < N_IMPACTS; i++) {
+    int is_any = 0;
+    for (int i = 0; i < N_IMPACTS; i++)
         is_any = is_any || fired[event_of_impact[i]];
-        is_again = is_again || (repeated && repeated[event_of_impact[i]]);
-    }
     if (!is_any)
         return set_new_values(m, fired);
     contact_speeds(m, closed, speed, after);
-    for (int i = 0; i < N_IMPACTS; i++)
-        is_lossy = is_lossy || (fired[event_of_impact[i]] && after[i] < -LOSSLESS * speed[i]);
-    const int is_plastic = is_again && is_lossy;
     for (int i = 0; i < N_DISCRETE; i++)
         d[i] = m->d[i];
     set_new_values(m, is_yields);
@@ -105,9 +98,7 @@ static int act(MODEL *m, const int *fired, const int *repeated)
         m->d[i] = d[i];
     MODEL_evaluate(m);
     for (int i = 0; i < N_IMPACTS; i++) {
-        const int e = event_of_impact[i], is_struck = fired[e] || (is_plastic && repeated[e]);
-        const int takes_part = (is_struck || closed[i] > 0.5) && matrix[(N_IMPACTS + 1) * i] > 0.0;
-        after[i] = is_plastic ? 0.0 : after[i];
+        const int takes_part = (fired[event_of_impact[i]] || closed[i] > 0.5) && matrix[(N_IMPACTS + 1) * i] > 0.0;
         scale[i] = takes_part ? 1.0 / sqrt(matrix[(N_IMPACTS + 1) * i]) : 0.0;
         offset[i] = scale[i] * (speed[i] - after[i]);
         size[i] = scale[i] * (fabs(speed[i]) + fabs(after[i]));

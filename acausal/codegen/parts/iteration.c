@@ -43,17 +43,16 @@ int MODEL_events(MODEL *m)
             count = take_due(m, fired, 1);
         if (!count)
             return is_changed;
-        for (int e = 0; e < N_EVENTS; e++)
+        for (int e = 0; e < N_EVENTS; e++) {
+            n_happened += fired[e] && !has_happened[e];
+            has_happened[e] = has_happened[e] || fired[e];
             if (fired[e] && is_refused[e]) {
                 m->refused = refusals[e];
                 return -1;
             }
-        if (!act(m, fired, round >= TOGETHER ? has_happened : 0))
-            return -1;
-        for (int e = 0; e < N_EVENTS; e++) {
-            n_happened += fired[e] && !has_happened[e];
-            has_happened[e] = has_happened[e] || fired[e];
         }
+        if (!act(m, fired))
+            return -1;
         schedule_changes(m);
         is_changed = 1;
         count = 0;

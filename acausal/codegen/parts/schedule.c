@@ -93,7 +93,7 @@ static int execute_past(MODEL *m)
             last[e] = fired[e] ? INFINITY : last[e];
         }
         MODEL_evaluate(m);
-        if (!act(m, fired, 0))
+        if (!act(m, fired))
             return 0;
         schedule_changes(m);
     }
