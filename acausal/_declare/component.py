@@ -5,6 +5,7 @@ from typing import Any, ClassVar, NamedTuple, TypeAlias
 
 import equinox as eqx
 
+from .._errors import ModelError
 from .._numbers import Numbers, Truth
 from .annotations import Scalar
 from .class_help import class_html
@@ -40,6 +41,7 @@ class When(NamedTuple):
 
     condition: Truth | Numbers
     changes: dict[str, Numbers]
+    check_units: bool = True
 
 
 class At(NamedTuple):
@@ -48,6 +50,7 @@ class At(NamedTuple):
     time: Numbers
     every: Numbers | None
     changes: dict[str, Numbers]
+    check_units: bool = True
 
 
 class Sample(At):
@@ -63,6 +66,7 @@ class Refuse(NamedTuple):
 
     condition: Truth | Numbers
     reason: str
+    check_units: bool = True
 
 
 class Impact(NamedTuple):
@@ -99,30 +103,41 @@ Event: TypeAlias = When | At | Refuse | Impact | Yields | Follow | Started | Rem
 Events: TypeAlias = dict[str, Event]
 
 
-def when(condition: Truth | Numbers, **changes: Numbers) -> When:
+def _flag(check_units: object, where: str) -> bool:
+    # Numbers in its type allow callers to unpack a dictionary of numbers.
+    if not isinstance(check_units, bool):
+        raise ModelError(f"{where}(..., check_units={check_units!r}): it must be True or False.")
+    return check_units
+
+
+def when(condition: Truth | Numbers, *, check_units: Numbers | bool = True, **changes: Numbers) -> When:
     """State the changes of an event, as in `when(self.h < 0.0, v=-self.e * self.v)`.
 
     `condition` is a relation between real numbers, or several joined by `&`, `|` and `~`; a real number counts as true
     above zero. The event happens when the condition becomes true, and again only after it was false. `changes` gives
     new values of discrete variables and of variables of the component, by name. They are computed from the values
-    before the event.
+    before the event. `check_units=False` is for numbers whose units do not agree, as in `eq`.
     """
-    return When(condition, changes)
+    return When(condition, changes, _flag(check_units, "when"))
 
 
-def at(time: Numbers, *, every: Numbers | None = None, **changes: Numbers) -> At:
+def at(time: Numbers, *, every: Numbers | None = None, check_units: Numbers | bool = True, **changes: Numbers) -> At:
     """State the changes of an event at a known time in s; steps end there.
 
     `time` is a number or an array, computed from parameters and discrete variables. With `every`, each event repeats
     after this interval. Events that were due before the start of a run happen at its start. Without `changes`, the
-    times mark a change of the equations, such as the knots of a profile: `at(self.times)`.
+    times mark a change of the equations, such as the knots of a profile: `at(self.times)`. `check_units` is as in
+    `when`.
     """
-    return At(time, every, changes)
+    return At(time, every, changes, _flag(check_units, "at"))
 
 
-def refuse(condition: Truth | Numbers, reason: str) -> Refuse:
-    """State a condition under which a component cannot work: the run ends with an error that gives the reason."""
-    return Refuse(condition, reason)
+def refuse(condition: Truth | Numbers, reason: str, *, check_units: bool = True) -> Refuse:
+    """State a condition under which a component cannot work: the run ends with an error that gives the reason.
+
+    `check_units` is as in `when`.
+    """
+    return Refuse(condition, reason, _flag(check_units, "refuse"))
 
 
 def impact(

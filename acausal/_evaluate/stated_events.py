@@ -21,6 +21,7 @@ from .event_set import EventEntry, EventKind
 
 NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that determine it."
 NO_DELAY = "the delay of a recorded signal must be positive. Remedy: correct the parameters that determine it."
+_STATIC = ("reason", "check_units")  # fields of events that are no numbers
 _KINDS: dict[type, EventKind] = {
     When: "when",
     At: "at",
@@ -67,12 +68,12 @@ def _stacked(item: Component, path: str, depth: int) -> Iterator[tuple[str, str,
     def members(part: Component) -> list[list[Any]]:
         found = list(events_in(part, path, depth + 1))
         names[:] = found
-        return [[item for item in event if not isinstance(item, str)] for *_, event in found]
+        return [[value for name, value in event._asdict().items() if name not in _STATIC] for *_, event in found]
 
     events = jax.vmap(members)(item)
     for (where, name, below, event), fields in zip(names, events, strict=True):
-        texts = [item for item in event if isinstance(item, str)]
-        yield where, name, below, type(event)(*fields, *texts)
+        numbers = [field for field in event._fields if field not in _STATIC]
+        yield where, name, below, event._replace(**dict(zip(numbers, fields, strict=True)))
 
 
 def entry_of(flat: FlatModel, path: str, name: str, depth: int, event: Event) -> EventEntry:

@@ -28,6 +28,7 @@ from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
 from .results.unresolved import warn_of_unresolved
+from .setup.expressions import check_units_of
 from .setup.field import RunArgs
 from .setup.options import (
     check_known,
@@ -135,6 +136,8 @@ def simulate(
         with compiling("the start", model, search_start, progress):
             leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw and not is_trial())
     stop, stop_constants = _traced(until, system, "until")
+    if stop is not None:
+        check_units_of(stop, system.flat, "until")
     integrand, rate_constants = _traced(_rates(integrals, energy), system, "integrals")
     watched, peak_constants = _traced(peaks, system, "peaks")
     stored_energy, stored_constants = _traced(_total_stored if energy and system.events else None, system, "energy")

@@ -1,5 +1,6 @@
 """The dimensions in a jaxpr, and contradictions between them."""
 
+import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Sequence
@@ -20,10 +21,12 @@ class Interpreter:
     - `inferred`: dimensions of inputs without a unit, from the values that they are added to or compared with.
     - `alike`: pairs of such inputs that are added to or compared with each other.
 
-    After a contradiction or an unknown operation, the dimension of the result fits any.
+    After a contradiction or an unknown operation, the dimension of the result fits any. With `any_constant`, a constant
+    that is added or compared fits any too, as limits in SI units do; as a factor, it is a number.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, any_constant: bool = False) -> None:
+        self._any_constant = any_constant
         self.problems: list[str] = []
         self.inferred: dict[int, set[Dimension]] = {}
         self.alike: set[tuple[int, int]] = set()
@@ -43,11 +46,20 @@ class Interpreter:
         if value.dimension not in (None, dimension):
             self.problems.append(complaint)
 
+    def sets(self, variable: Value, value: Value) -> None:
+        """Record that a variable takes a value."""
+        self._equal("sets", "set", [variable, value])
+
     def _run(
         self, closed: ClosedJaxpr | Jaxpr, inputs: Sequence[Value], verb: Callable[[JaxprEqn], str | None]
     ) -> list[Value]:
         closed = closed if isinstance(closed, ClosedJaxpr) else ClosedJaxpr(closed, [])
-        return interpreted(closed, inputs, lambda eqn, values: self._apply(eqn, values, verb(eqn)), constant)
+        return interpreted(closed, inputs, lambda eqn, values: self._apply(eqn, values, verb(eqn)), self._constant)
+
+    def _constant(self, value: Any) -> Value:
+        found = constant(value)
+        is_mixed = self._any_constant and found.number is None
+        return dataclasses.replace(found, dimension=None) if is_mixed else found
 
     def _apply(self, eqn: JaxprEqn, values: list[Value], verb: str | None) -> list[Value]:
         name = eqn.primitive.name
@@ -107,12 +119,14 @@ class Interpreter:
 
     def _equal(self, verb: str, name: str, values: Sequence[Value]) -> Value:
         """The result of an operation on operands of one dimension."""
+        text, rank = _joined(name, values)
+        if self._any_constant:
+            values = [value for value in values if value.number is None] or values
         leaves = [value.leaf for value in values if value.leaf is not None]
         self.alike |= {(a, b) for a, b in itertools.pairwise(leaves) if a != b}
         known = [value for value in values if value.dimension is not None]
         for value in values:
             self._infer(value, known[0].dimension if known else None)
-        text, rank = _joined(name, values)
         if len({value.dimension for value in known}) > 1:
             other = next(value for value in known if value.dimension != known[0].dimension)
             self.problems.append(_contradiction(verb, known[0], other))
@@ -160,12 +174,12 @@ class Interpreter:
     def _settled(self, carry: list[Value], step: Callable[["Interpreter", list[Value]], list[Value]]) -> list[Value]:
         """Carried values of a loop: one that starts at zero gets a dimension, one whose dimension changes has none."""
         carry = [Value(value.dimension, value.text) for value in carry]
-        after = step(Interpreter(), carry)
+        after = step(Interpreter(any_constant=self._any_constant), carry)
         while any(a.dimension is None and b.dimension is not None for a, b in zip(carry, after, strict=True)):
             carry = [
                 a if a.dimension is not None else Value(b.dimension, a.text) for a, b in zip(carry, after, strict=True)
             ]
-            after = step(Interpreter(), carry)
+            after = step(Interpreter(any_constant=self._any_constant), carry)
         return [
             a if b.dimension in (None, a.dimension) else Value(None, a.text) for a, b in zip(carry, after, strict=True)
         ]
@@ -176,7 +190,7 @@ def _count(atom: Any) -> int:
 
 
 def _contradiction(verb: str, a: Value, b: Value) -> str:
-    word = {"adds": "to", "subtracts": "from", "equates": "with", "compares": "with"}.get(verb, "and")
+    word = {"adds": "to", "subtracts": "from", "equates": "with", "compares": "with", "sets": "to"}.get(verb, "and")
     first, second = (b, a) if verb == "subtracts" else (a, b)
     return f"{verb} {first} {word} {second}"
 

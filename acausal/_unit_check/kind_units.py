@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import jax
@@ -92,6 +92,14 @@ def _conditions(kind: Kind, values: list[Value]) -> Iterator[tuple[str, Interpre
             checked = Interpreter()
             checked.interpret(condition, [values[slot] for slot in used])
             yield f"equation {name}", checked
+
+
+def values_of_leaves(kind: Kind, dimensions: Sequence[Dimension | None]) -> list[Value]:
+    """The leaves of a kind as values of known dimensions."""
+    return [
+        dataclasses.replace(value, dimension=dimension, leaf=None if dimension is not None else value.leaf)
+        for value, dimension in zip(_leaves(kind)[0], dimensions, strict=True)
+    ]
 
 
 def _leaves(kind: Kind) -> tuple[list[Value], list[tuple[str, str]]]:

@@ -1,6 +1,6 @@
 """Unit check of a whole model."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import jax
@@ -10,6 +10,7 @@ from .._declare.component import Component
 from .._errors import UnitError, complain
 from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel, Instances, Kind
+from .event_units import event_problems
 from .kind_units import kind_units
 from .signal_units import signal_problems
 
@@ -26,13 +27,13 @@ def unit_problems(flat: FlatModel) -> list[str]:
     """All contradictions between the declared units and the equations, energy accounts and connections of a model."""
     places = [(_instances(instances), instances.kind) for instances in flat.instances]
     others = {starters.kind: _instances(starters) for starters in flat.starters}
-    others |= {kind: path for path, kind in accounting_composites(flat)}
+    others |= {kind: path for path, kind in composites(flat, ("energy", "events"))}
     known = {kind.own for _, kind in places}
     places += [(path, kind) for kind, path in others.items() if kind.own not in known]
     found = [
         f"{_named(kind, place)}, {where}: {problem}" + ("" if problem.endswith("?") else ".")
         for place, kind in places
-        for where, problem in kind_units(kind).problems
+        for where, problem in (*kind_units(kind).problems, *event_problems(kind, place))
     ]
     return found + signal_problems(flat)
 
@@ -64,20 +65,23 @@ def _named(kind: Kind, place: str) -> str:
     return f"{kind.cls.__name__} ({place})" if place else kind.cls.__name__
 
 
-def accounting_composites(flat: FlatModel) -> Iterator[tuple[str, Kind]]:
-    """The path of each such composite, and its kind; those of an array of components once."""
+def composites(flat: FlatModel, methods: Sequence[str]) -> Iterator[tuple[str, Kind]]:
+    """The path of each component that states one of the methods but no equations, and its kind; those of an array of
+    components once.
+    """
     view = flat.structure.unflatten(range(flat.structure.num_leaves))
-    yield from _below(flat, view, "", 0)
+    yield from _below(flat, view, "", 0, methods)
 
 
-def _below(flat: FlatModel, node: Any, path: str, depth: int) -> Iterator[tuple[str, Kind]]:
+def _below(flat: FlatModel, node: Any, path: str, depth: int, methods: Sequence[str]) -> Iterator[tuple[str, Kind]]:
     if not isinstance(node, Component):
         return
     cls = type(node)
-    if cls.energy is not Component.energy and cls.equations is Component.equations:
+    states = any(getattr(cls, name) is not getattr(Component, name) for name in methods)
+    if states and cls.equations is Component.equations:
         yield path, _kind(flat, node, path, depth)
     for part_path, part in children(node, path):
-        yield from _below(flat, part, part_path, depth + isinstance(node, Array))
+        yield from _below(flat, part, part_path, depth + isinstance(node, Array), methods)
 
 
 def _kind(flat: FlatModel, node: Component, path: str, depth: int) -> Kind:

@@ -85,8 +85,9 @@ class Vessel(MixedPart):
         slack = 1e-3 * self.height
         gas: Events = {
             f"gas_{i}": refuse(
-                (self.h < z - slack) & (port.q < -1e-6 * self.area),
+                (self.h < z - slack) & (port.q < -1e-6 * self.area),  # 1e-6 m/s
                 f"ports[{i}] is above the surface and draws gas: lower it, or let a check valve close its line",
+                check_units=False,
             )
             for i, (port, z) in enumerate(zip(self.ports, self.heights, strict=True))
         }

@@ -6,26 +6,37 @@ import jax.numpy as jnp
 import pytest
 
 from acausal import (
+    ROW,
     Array,
     Component,
     Connections,
+    Discrete,
     Energy,
     Equations,
+    Events,
     ModelError,
     Param,
+    Requirements,
     Scalar,
     Time,
     UnitError,
     Var,
     Vector,
+    at,
     choose_states,
     connect,
     eq,
     ifelse,
+    initialise,
+    refuse,
+    remember,
     repeat,
+    require,
     segment,
     shape,
+    simulate,
     structure,
+    when,
 )
 from acausal._reduce.flatten import flatten
 from acausal._unit_check.model_units import check_units, unit_problems
@@ -75,6 +86,96 @@ def test_conditions_are_checked() -> None:
         "compares self.x in m with self.p in Pa (kg/(m.s2)).",
         "compares self.y in m with self.times in s.",
     ]
+
+
+class Happening(Component):
+    """Events whose units do not agree, each in one place."""
+
+    p: Param[Scalar, "s"] = 60.0
+    every: Param[Scalar, "m"] = 1.0
+    T: Var[Scalar, "K"] = 300.0
+    v: Var[Scalar, "m/s"] = 1.0
+    s: Var[Scalar, "m"] = 0.0
+    past: Discrete[Vector, "", shape("n", ROW)] = -jnp.inf
+    t: Time[Scalar, "s"] = 0.0
+    n: int = 4
+
+    def equations(self, d: Self) -> Equations:
+        return dict(speed=eq(d.s, self.v), rest=eq(d.v, 0.0), still=eq(d.T, 0.0))
+
+    def requirements(self) -> Requirements:
+        return (require(self.p > self.every, "p must be above every"), require(self.p < 1e9, "p must be below 1e9"))
+
+    def events(self) -> Events:
+        return dict(
+            condition=when(self.p < self.T, v=0.0),
+            value=when(self.s > self.v * self.t, s=self.T),
+            time=at(self.every, v=2.0 * self.v),
+            clock=at(0.5, every=self.every, v=2.0 * self.v),
+            reason=refuse(self.s > self.T, "cold"),
+            literal=when(self.s > 0.5, v=-0.1, s=self.s + 0.2),
+            silent=when(self.p < self.T, check_units=False, s=self.T),
+            memory=remember(self.every, past=self.s + self.T),
+            fine=when((self.s > self.v * self.p) & (jnp.inf > self.T), v=-0.5 * self.v),
+        )
+
+
+def test_events_and_requirements_are_checked() -> None:
+    found = [problem.removeprefix("Happening, ") for problem in unit_problems(flatten(Happening()))]
+    assert found == [
+        "requirement 'p must be above every': compares self.p in s with self.every in m.",
+        "event condition: compares self.p in s with self.T in K.",
+        "event value: sets self.s in m to self.T in K.",
+        "event time: takes self.every in m as a time, which should be in s.",
+        "event clock: takes self.every in m as a time, which should be in s.",
+        "event reason: compares self.s in m with self.T in K.",
+        "event memory: takes self.every in m as a time, which should be in s.",
+        "event memory: adds self.s in m to self.T in K.",
+    ]
+
+
+class Plant(Component):
+    """A part whose events a composite states."""
+
+    T: Var[Scalar, "K"] = 300.0
+    s: Var[Scalar, "m"] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(heat=eq(d.T, 0.0), rest=eq(d.s, 0.0))
+
+
+class Supervised(Component):
+    plant: Plant = Plant()
+    limit: Param[Scalar, "Pa"] = 1.0
+
+    def events(self) -> Events:
+        return {"shut": when(self.limit < self.plant.T, **{"plant.s": 2.0 * self.plant.T})}
+
+
+def test_events_of_composites_are_checked() -> None:
+    with pytest.raises(UnitError, match=r"Supervised \(parts\[\]\), event shut: compares"):
+        simulate(Many(parts=repeat(Supervised(), 2)), 1.0)
+    assert [problem.partition(", ")[2] for problem in unit_problems(flatten(Supervised()))] == [
+        "event shut: compares self.limit in Pa (kg/(m.s2)) with self.plant.T in K.",
+        "event shut: sets self.plant.s in m to 2 * self.plant.T in K.",
+    ]
+
+
+class Many(Component):
+    parts: Array[Supervised]
+
+
+def test_stop_conditions_and_conditions_at_the_start_are_checked() -> None:
+    plant = Plant()
+    with pytest.raises(UnitError, match=r"until do not agree: it subtracts s\.s in m from s\.T in K"):
+        simulate(plant, 1.0, until=lambda s: s.T - s.s)
+    assert simulate(plant, 1.0, until=lambda s: s.T + 1e-3 * s.s - 299.0, throw=False).t1 > 0.0
+    with pytest.raises(UnitError, match=r"conditions do not agree: it subtracts s\.s in m from s\.T in K"):
+        initialise(plant, lambda s, d: dict(odd=eq(s.T, s.s)), free="all")
+    with pytest.raises(UnitError, match=r"it subtracts s\.T in K from d\.T in K/s"):
+        initialise(plant, lambda s, d: dict(odd=eq(d.T, s.T)), free="all")
+    start = initialise(plant, lambda s, d: dict(odd=eq(s.T, s.s, check_units=False)), free="s")
+    assert start.s == pytest.approx(float(start.T), abs=1e-9)
 
 
 class Pair(Component):

@@ -230,7 +230,7 @@ class Clock(Component):
         return dict(
             ring=at(self.alarm, level=self.level + 1.0, alarm=self.alarm + 0.021),
             once=at(jnp.array([0.012, 0.031]), level=self.level - 0.5),
-            tick=at(-0.01, every=0.01, ticks=self.ticks + jnp.array([1.0, self.level, self.x])),
+            tick=at(-0.01, every=0.01, check_units=False, ticks=self.ticks + jnp.array([1.0, self.level, self.x])),
         )
 
 

@@ -1,18 +1,20 @@
 """Trajectories and units of expressions in the variables of a model."""
 
+import functools as ft
 from collections.abc import Callable, Sequence
 
 import jax
 from jax import Array
 from jaxtyping import PyTree
 
-from ..._errors import ModelError
+from ..._errors import ModelError, UnitError
 from ..._numbers import Numbers
 from ..._reduce.flat_model import FlatModel
+from ..._reduce.jaxpr import slice_output
 from ..._unit_check.interpret import Interpreter
 from ..._unit_check.signal_units import unit_of_leaf
 from ..._unit_check.values import Value, constant
-from ..._units.dimension import si_unit_of
+from ..._units.dimension import TIME, si_unit_of
 from ..._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, trace
 
@@ -56,6 +58,38 @@ def unit_of_expression(function: Callable[..., PyTree], flat: FlatModel, what: s
     # expression. If these have several units of this dimension, or none, it takes the name of the dimension.
     same = {unit for unit in units if unit and parsed(unit).dimension == result.dimension}
     return same.pop() if len(same) == 1 else si_unit_of(result.dimension)
+
+
+@ft.lru_cache(maxsize=512)
+def check_units_of(quantity: UserFunction, flat: FlatModel, what: str, outputs: tuple[int, ...] = (0,)) -> None:
+    """Raise `UnitError` if some outputs of a function add or compare variables of different units.
+
+    Numbers of the function fit any unit. Leaves of a second view are derivatives by time.
+    """
+    n_constants = len(quantity.closed.in_avals) - len(quantity.leaves)
+    inputs = [Value(None, "number")] * n_constants + [_leaf_value(flat, i) for i in quantity.leaves]
+    problems: list[str] = []
+    for output in outputs:
+        part, used = slice_output(quantity.closed, output)
+        interpreter = Interpreter(any_constant=True)
+        interpreter.interpret(part, [inputs[i] for i in used])
+        problems += interpreter.problems
+    if problems:
+        listed = "; ".join(dict.fromkeys(problems))
+        raise UnitError(f"The units in {what} do not agree: it {listed}. Remedy: compare quantities of one unit.")
+
+
+def _leaf_value(flat: FlatModel, number: int) -> Value:
+    """A leaf as a value in a message."""
+    order, leaf = divmod(number, len(flat.own_leaves))
+    unit, path = unit_of_leaf(flat, leaf), flat.leaves[leaf].path
+    try:
+        dimension = parsed(unit).dimension if unit else None
+    except UnknownUnit:
+        dimension = None
+    if order == 0:
+        return Value(dimension, f"s.{path}", unit=unit or None)
+    return Value(None if dimension is None else dimension / TIME, f"d.{path}")
 
 
 def _value(unit: str) -> Value:

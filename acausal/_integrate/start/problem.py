@@ -21,6 +21,7 @@ from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._reduce.incidence import Pair
+from ..setup.expressions import check_units_of
 from ..setup.options import names_of
 from ..setup.user_function import DERIVATIVES, VARIABLES, UserFunction, as_function, trace
 from .trim import Trim
@@ -157,13 +158,12 @@ def problem_of(
     """
     quantity, constants, names = None, [], ()
     if conditions is not None:
-        quantity, constants = trace(
-            ft.partial(_residuals, as_function(conditions, "conditions", (VARIABLES, DERIVATIVES))),
-            system.flat,
-            "conditions",
-            n_views=2,
-        )
+        checks: dict[str, bool] = {}
+        function = as_function(conditions, "conditions", (VARIABLES, DERIVATIVES))
+        quantity, constants = trace(ft.partial(_residuals, function, checks), system.flat, "conditions", n_views=2)
         names = tuple(jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs)))
+        checked = tuple(i for i, name in enumerate(names) if checks[name])
+        check_units_of(quantity, system.flat, "conditions", checked)
     given = system.intake.given(leaves)
     fixed = given - _free(system, given, steady, free)
     rests = _rests(system, moving) if steady else ()
@@ -176,10 +176,11 @@ def problem_of(
     ), constants
 
 
-def _residuals(conditions: Conditions, s: PyTree, d: PyTree) -> dict[str, Numbers]:
+def _residuals(conditions: Conditions, checks: dict[str, bool], s: PyTree, d: PyTree) -> dict[str, Numbers]:
     stated = conditions(s, d)
     if not isinstance(stated, Mapping) or not all(isinstance(value, Equation) for value in stated.values()):
         raise ModelError("conditions must return a dictionary of equations, such as dict(rest=eq(d.load.w, 0.0)).")
+    checks.update((name, equation.check_units) for name, equation in stated.items())
     return {name: equation.residual for name, equation in stated.items()}
 
 

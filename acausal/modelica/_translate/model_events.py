@@ -107,7 +107,7 @@ class ModelEvents:
                 at_slots = Scope(library, [value_at(self, path) for path in item.paths], in_condition=True)
                 event = item.event(self, [evaluate(term, at_slots) for term in item.terms])
                 if event is not None:
-                    made[item.name] = event
+                    made[item.name] = event._replace(check_units=False)  # literals have no units in Modelica
             follow = {
                 attribute_path(leaf.path): _followed(value_at(self, path), leaf) for path, leaf in previous.items()
             }
