@@ -208,10 +208,23 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         """
         return ()
 
+    def start_requirements(self) -> Requirements:
+        """Conditions on start values beyond their declared ranges: a tuple of `require(...)`.
+
+        The check happens when a component is built, and in `replace` and `check`, if all numbers of the component are
+        known. A variable without a start value has its default. Variables of ports and parts cannot be read.
+        """
+        return ()
+
     @classmethod
     def _states_requirements(cls) -> bool:
         """Whether the class states requirements of its own."""
         return cls.requirements is not Node.requirements
+
+    @classmethod
+    def _states_start_requirements(cls) -> bool:
+        """Whether the class states requirements on its start values."""
+        return cls.start_requirements is not Node.start_requirements
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """Restore from a pickle. Raises `ModelError` if the fields of the class have changed since it was written."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._errors import ModelError
 from .._numbers import Truth
-from .._tracing import is_traced
+from .._tracing import are_traced, is_traced
 from .annotations import Declaration
 from .fields import copied, dynamic_fields
 
@@ -73,15 +73,25 @@ def _required(node: Any, fields: dict[str, Declaration]) -> Requirements:
 def broken(node: Any) -> Iterator[str]:
     """The violated requirements of a node itself, with the values, as far as its parameters are known."""
     yield from out_of_range(node)
+    cls, checks = type(node), []
     # With traced parameters, the run reports a violation as its result: a value tried under grad must not raise.
-    if type(node)._states_requirements() and not any(map(is_traced, jax.tree_util.tree_leaves(node))):
-        fields = parameters_of(type(node))
-        # Known numbers are compared immediately, even while another function is traced. A requirement may
-        # divide by an inadmissible number.
-        with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
-            known = {name: np.asarray(vars(node)[name]) for name in fields}
-            checks = _required(copied(node, known), fields)
-        yield from _violations(node, checks)
+    if not (cls._states_requirements() or cls._states_start_requirements()) or are_traced(node):
+        return
+    fields = parameters_of(cls)
+    # Known numbers are compared immediately, even while another function is traced. A requirement may divide by an
+    # inadmissible number.
+    with jax.ensure_compile_time_eval(), np.errstate(all="ignore"):
+        known = {name: np.asarray(vars(node)[name]) for name in fields}
+        if cls._states_requirements():
+            checks += _required(copied(node, known), fields)
+        if cls._states_start_requirements():
+            starts = {name: _start(vars(node)[name], declaration) for name, declaration in variables_of(cls).items()}
+            checks += copied(node, known | starts).start_requirements()
+    yield from _violations(node, checks)
+
+
+def _start(value: Any, declaration: Declaration) -> Any:
+    return np.asarray(declaration.guess if value is None else value)
 
 
 def out_of_range(node: Any) -> Iterator[str]:

@@ -73,6 +73,9 @@ class Battery(TwoPin):
             return (require(False, "C must have one number for each of R"),)
         return sampled(self, "voltages", "charges")
 
+    def start_requirements(self) -> Requirements:
+        return (require((self.soc >= 0.0) & (self.soc <= 1.0), "soc must start between 0 and 1"),)
+
     def _loss(self) -> Scalar:
         return self.R0 * self.i**2 + jnp.sum(self.v_rc**2 / self.R)
 

@@ -57,9 +57,18 @@ class HeatCarrier(Record):
 
 
 def with_carrier(part: Any, carrier: HeatCarrier, **heats: Port) -> Any:
-    """A copy of a part that carries heat, with those of the heat ports that it does not have already."""
-    missing = {name: heat for name, heat in heats.items() if getattr(part, name) is None}
-    return changed(part, carrier=carrier, **missing)
+    """A copy of a part that carries heat, with those of the heat ports that it does not have already.
+
+    A heat port that it has without a start temperature starts at that of the liquid.
+    """
+    made = {name: _starting(getattr(part, name), heat) for name, heat in heats.items()}
+    return changed(part, carrier=carrier, **made)
+
+
+def _starting(own: Any, heat: Any) -> Any:
+    if own is None:
+        return heat
+    return own if own.T is not None or heat.T is None else changed(own, T=heat.T)
 
 
 def changed(node: Any, **values: Any) -> Any:

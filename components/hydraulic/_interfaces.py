@@ -76,6 +76,14 @@ class FluidPart(Component, partial=True):
 
     carrier: HeatCarrier | None = None  # set by `fill`
 
+    def start_requirements(self) -> Requirements:
+        liquid = vars(self).get("liquid")
+        if not isinstance(liquid, Liquid):
+            return ()
+        least, names = liquid.least_pressure(), [name for name in ("p", "p_a", "p_b", "p_inner") if name in vars(self)]
+        text = "must not start below the vapour pressure of the liquid"
+        return tuple(require(getattr(self, name) >= least, f"{name} {text}") for name in names)
+
     def carrying(self, carrier: HeatCarrier) -> Self:
         """A copy that carries heat."""
         return with_carrier(self, carrier)

@@ -208,6 +208,11 @@ class Liquid(AnyLiquid):
         colder = jnp.divide(1.0, self.temperature) - jnp.divide(1.0, self.T_ref)
         return self.vapour_pressure * jnp.exp(-self.vaporisation * colder)
 
+    def least_pressure(self) -> Scalar:
+        """The lowest pressure above the atmosphere in Pa: slightly below the vapour pressure, -inf without air."""
+        lowest = self._vapour() - self.atmosphere - _TAIL * self.transition_pressure
+        return jnp.where(self.air > 0.0, lowest, -jnp.inf)
+
     def _above_vapour(self, p: Scalar) -> Scalar:
         return p + (self.atmosphere - self._vapour())
 

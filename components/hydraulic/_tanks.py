@@ -2,7 +2,22 @@
 
 from typing import Self
 
-from acausal import Component, Energy, Equations, Events, Param, Scalar, Var, eq, nonnegative, positive, prefer, refuse
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+    refuse,
+    require,
+)
 
 from ._interfaces import FluidPort, MixedPart
 
@@ -22,6 +37,10 @@ class LevelTank(MixedPart):
     g: Param[Scalar, "m/s2", nonnegative] = 9.80665  # acceleration of gravity
     h: Var[Scalar, "m", prefer] = 0.0  # level above the port
     port: FluidPort = FluidPort()
+
+    def start_requirements(self) -> Requirements:
+        is_inside = (self.h >= -1e-3 * self.height) & (self.h <= self.height)
+        return (*super().start_requirements(), require(is_inside, "h must start between 0 and height"))
 
     def equations(self, d: Self) -> Equations:
         return dict(

@@ -73,6 +73,10 @@ class Vessel(MixedPart):
     def requirements(self) -> Requirements:
         return (require(jnp.max(self.heights) <= self.height, "heights must be at most height"),)
 
+    def start_requirements(self) -> Requirements:
+        is_inside = (self.h >= -1e-3 * self.height) & (self.h <= self.height)
+        return (*super().start_requirements(), require(is_inside, "h must start between 0 and height"))
+
     def equations(self, d: Self) -> Equations:
         below = [positive_part(self.h - z) for z in self.heights]
         at_ports = {

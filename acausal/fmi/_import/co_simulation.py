@@ -60,6 +60,6 @@ class CoSimulation(ImportedFMU, partial=True):
         if self._of.n_inputs:
             changes["held"] = inputs
         return {
-            "sample": at(self.start_time, every=self.step, **changes),
+            "sample": at(self.start_time, every=self.step, check_units=False, **changes),
             "_end": refuse(self.ended > 0.5, f"the FMU {self._key.path.name} ends the simulation"),
         }

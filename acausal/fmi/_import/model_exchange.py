@@ -96,11 +96,11 @@ class ModelExchange(ImportedFMU, partial=True):
             rises = jnp.any((indicators > 0.0) & (self.signs < 0.5))
             falls = jnp.any((indicators <= 0.0) & (self.signs > 0.5))
             has_begun = self.reached > 0.5
-            state_event["state_event"] = when(has_begun & (rises | falls), **changes)
+            state_event["state_event"] = when(has_begun & (rises | falls), check_units=False, **changes)
         return {
-            "_begin": at(BEGINNING, **changes),
+            "_begin": at(BEGINNING, check_units=False, **changes),
             **state_event,
-            "time_event": at(self.next_event, **changes),
+            "time_event": at(self.next_event, check_units=False, **changes),
             "_end": refuse(self.ended > 0.5, f"the FMU {self._key.path.name} ends the simulation"),
         }
 
