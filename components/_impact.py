@@ -70,7 +70,12 @@ def stop(
             closed=mode == side,
             **{mode_name: jnp.where(stays, side, FREE)},
         ),
-        rest=when(free & (beyond >= 0.0) & (jnp.abs(approach) <= 1e-6 * slow) & would_push, **{mode_name: side}),
+        # The path parameter s is an effort or an acceleration.
+        rest=when(
+            free & (beyond >= 0.0) & (jnp.abs(approach) <= 1e-6 * slow) & would_push,
+            check_units=False,
+            **{mode_name: side},
+        ),
         lift=when((mode == side) & is_apart, **{mode_name: FREE}),
     )
 

@@ -14,6 +14,8 @@ direction of the acceleration decides, and not the sign of the speed. The same r
 of a stuck or sliding pair.
 """
 
+import functools as ft
+
 import jax.numpy as jnp
 from jax import Array
 
@@ -77,16 +79,19 @@ def changes(
     turns = is_moving | (mode * s < 0.0)
     is_thrown = turns | (jnp.abs(speed) > NOISE * slow)
     return dict(
-        engage=when((mode == FREE) & pressed & ~is_slow, **onward),
-        hold=when((mode == FREE) & pressed & is_slow, mode=STUCK, moving=0.0),
-        stick=when(slows & turns & is_slow, mode=STUCK, moving=0.0),
-        reverse=when(slows & is_thrown & ~is_slow, **onward),
-        _moves=when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
+        engage=_when((mode == FREE) & pressed & ~is_slow, **onward),
+        hold=_when((mode == FREE) & pressed & is_slow, mode=STUCK, moving=0.0),
+        stick=_when(slows & turns & is_slow, mode=STUCK, moving=0.0),
+        reverse=_when(slows & is_thrown & ~is_slow, **onward),
+        _moves=_when(rubs(mode) & ~is_moving & (mode * speed > 2.0 * slow), moving=1.0),
         forward=when(is_held & (s > high), mode=1.0, moving=0.0),
         backward=when(is_held & (s < low), mode=-1.0, moving=0.0),
         _slips=yields(mode=jnp.where(stuck(mode), FREE, mode)),
-        tear=when(is_held & (jnp.abs(speed) > 4.0 * slow), **onward),
+        tear=_when(is_held & (jnp.abs(speed) > 4.0 * slow), **onward),
     )
+
+
+_when = ft.partial(when, check_units=False)  # LAG has a unit
 
 
 def lets_go(mode: Scalar, apart: Array | bool) -> Events:

@@ -21,7 +21,7 @@ from .event_set import EventEntry, EventKind
 
 NOT_POSITIVE = "the interval between repetitions must be positive. Remedy: correct the parameters that determine it."
 NO_DELAY = "the delay of a recorded signal must be positive. Remedy: correct the parameters that determine it."
-_STATIC = ("reason", "check_units")  # fields of events that are no numbers
+_STATIC = ("reason", "force", "check_units")  # fields of events that are no numbers
 _KINDS: dict[type, EventKind] = {
     When: "when",
     At: "at",

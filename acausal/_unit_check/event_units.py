@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 from jax import Array
 
-from .._declare.component import At, Component, Event, Refuse, When
+from .._declare.component import At, Component, Event, Impact, Refuse, When
 from .._declare.history import Remember
 from .._reduce.flat_model import Kind
 from .._reduce.jaxpr import slice_output, structs
@@ -90,6 +90,9 @@ def _items(name: str, event: Event) -> Sequence[Item]:
     match event:
         case When() | Refuse():
             own = [(CONDITION, event.condition)]
+        case Impact():
+            own = [(CONDITION, event.condition), (CONDITION, event.closed), (SIGNAL, event.speed + event.after)]
+            own.append((SIGNAL, event.acceleration))
         case At():
             own = [(INSTANT, event.time), (INSTANT, event.every)]
         case Remember():
