@@ -53,7 +53,10 @@ class Libraries:
 
     def names(self) -> list[str]:
         """The names of the top classes."""
-        return [*self._found, *(name for root in self.roots for name in _libraries(root))]
+        return [
+            *(name for name, found in self._found.items() if found),
+            *(name for root in self.roots for name in _libraries(root)),
+        ]
 
     def find(self, name: str) -> Definition | None:
         """A top class. Raises `ModelicaError` if several libraries have its name."""

@@ -1,0 +1,236 @@
+"""Statements (Modelica 3.6, chapter 11)."""
+
+from collections.abc import Sequence
+
+from .._syntax import expressions as e
+from . import references
+from . import tree as t
+from .expressions import Expressions
+from .source import TextError
+from .typed import CONSTANT, NONE, PARAMETER, Typed, accepts, same_dims, written_dims
+
+
+class NeedsUnrolling(Exception):
+    """A statement assigns a component whose index varies in a loop."""
+
+    def __init__(self, error: TextError) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
+class Statements:
+    """Makes statements in a class instance."""
+
+    def __init__(self, here: Expressions, *, in_when: bool = False, is_initial: bool = False) -> None:
+        self.here = here
+        self.is_initial = is_initial
+        self.is_function = here.scope.whole.is_function
+        self.in_when = in_when
+
+    def whole(self, clauses: Sequence[t.Clause]) -> e.Body:
+        """The statements of a section."""
+        try:
+            return self.body(clauses)
+        except NeedsUnrolling as needed:
+            raise needed.error from None
+
+    def body(self, clauses: Sequence[t.Clause]) -> e.Body:
+        return tuple(statement for clause in clauses for statement in self.statement(clause))
+
+    def statement(self, x: t.Clause) -> tuple[e.Statement, ...]:
+        """The statements that one in the text means. Raises `TextError`."""
+        match x:
+            case t.Assignment():
+                return (self._assignment(x),)
+            case t.CallEquation():
+                return (self.call(x.call),)
+            case t.IfClause():
+                return self._if(x)
+            case t.ForClause():
+                return self._for(x.iterators, x.body)
+            case t.WhileClause():
+                return (e.While(self.here.boolean(x.condition, "the condition of `while`").x, self.body(x.body)),)
+            case t.WhenClause():
+                return (self._when(x),)
+            case t.Return():
+                if not self.is_function:
+                    raise self.here.error(x.at, "`return` is allowed in functions only.")
+                return (e.Return(),)
+            case t.Break():
+                return (e.BreakStatement(),)
+        raise self.here.error(x.at, "an equation is not allowed in an algorithm.")
+
+    def _assignment(self, x: t.Assignment) -> e.Statement:
+        value = self.here.typed(x.right)
+        if isinstance(x.left, t.Tuple):
+            if len(x.left.elements) > max(len(value.results), 1):
+                raise self.here.error(
+                    x.at, f"the left side has {len(x.left.elements)} variables for {len(value.results)} results."
+                )
+            if not isinstance(x.right, t.Call):
+                raise self.here.error(x.right.at, "several variables can be assigned by the call of a function only.")
+            targets = [
+                None if left is None else self.target(left, result)
+                for left, result in zip(x.left.elements, value.results, strict=False)
+            ]
+            return e.Assign(tuple(targets), value.x)
+        value = self.here.single(x.right)
+        target = self.target(x.left, value, x.right)
+        wanted = self.here.typed(x.left)
+        if not accepts(wanted.type, value.type):
+            from .calls import converted_to
+
+            value = converted_to(self.here, wanted.type, value, x.at) or value
+        return e.Assign((target,), value.x)
+
+    def target(self, left: t.Expression, value: Typed, right: t.Expression | None = None) -> e.Target:
+        """The variable that gets a value. Raises `TextError` if type or size do not fit."""
+        here = self.here
+        if not isinstance(left, t.Reference):
+            raise here.error(left.at, "only variables can be assigned.")
+        if left.parts[0].name in here.names:
+            raise here.error(left.at, f"{left} is the iterator of a loop, and cannot be assigned.")
+        found = references.find(here, left)
+        if not isinstance(found, references.Chain):
+            raise here.error(left.at, f"{left} is no variable, and cannot be assigned.")
+        first = found.components[0]
+        if first.is_local and first.causality == "input":
+            raise here.error(left.at, f"{left} is an input of the function, and cannot be assigned.")
+        if not first.is_local and first.holder.component is None and first.causality == "input":
+            raise here.error(left.at, f"{left} is an input of the model, and cannot be assigned.")
+        fixed = ("constant",) if first.is_local or self.is_initial else ("constant", "parameter")
+        if found.last.variability in fixed:
+            raise here.error(left.at, f"{left} is a {found.last.variability}, and cannot be assigned.")
+        wanted = here.typed(left)
+        is_converted = right is not None and not accepts(wanted.type, value.type)
+        if is_converted:
+            from .calls import converted_to
+
+            is_converted = converted_to(here, wanted.type, value, left.at) is not None
+        if not accepts(wanted.type, value.type) and not is_converted:
+            raise here.error(left.at, f"{left} is of type {wanted.type}, and cannot get a value of type {value.type}.")
+        if not same_dims(wanted.dims, value.dims):
+            raise here.error(
+                left.at, f"{left} has size {written_dims(wanted.dims)}, and cannot get {written_dims(value.dims)}."
+            )
+        return self._target(found, wanted, left)
+
+    def _target(self, found: references.Chain, wanted: Typed, left: t.Reference) -> e.Target:
+        if found.components[0].is_local:
+            # An array of records is a record of arrays where functions are executed.
+            subs: list[e.Expression] = []
+            for component, part in zip(found.components, found.parts, strict=True):
+                own = self.here.context.sizes(component)
+                subs += self.here.subscripts(part, own, e.Ref(component.name))[0]
+            return e.Target(".".join(one.name for one in found.components), tuple(subs))
+        if isinstance(wanted.x, e.Ref):
+            return e.Target(wanted.x.name, wanted.x.subs)
+        raise NeedsUnrolling(
+            self.here.error(left.at, f"{left} names several variables, which a statement cannot assign here.")
+        )
+
+    def call(self, call: t.Call) -> e.Statement:
+        """A call as a statement."""
+        name = str(call.function)
+        if name == "assert":
+            return assertion(self.here, call)
+        if name == "terminate":
+            return e.Terminate(self.here.single(_argument(self.here, call, ("message",), 0)).x)
+        if name == "reinit":
+            return self._reinit(call)
+        found = self.here.typed(call)
+        return e.Assign((), found.x) if found.type == NONE else e.Assign((None,) * max(len(found.results), 1), found.x)
+
+    def _reinit(self, call: t.Call) -> e.Statement:
+        if not self.in_when:
+            raise self.here.error(call.at, "`reinit` is allowed in when-clauses only.")
+        state = self.here.single(_argument(self.here, call, ("x", "expr"), 0))
+        value = self.here.single(_argument(self.here, call, ("x", "expr"), 1))
+        if not isinstance(state.x, e.Ref) or state.type.name != "Real" or state.variability < 3:
+            raise self.here.error(call.at, "`reinit` needs a continuous Real variable.")
+        if not value.type.is_numeric or not same_dims(state.dims, value.dims):
+            raise self.here.error(call.at, "the value of `reinit` has another type or size than the variable.")
+        if state.x.subs:
+            raise self.here.error(call.at, "`reinit` of an element of an array is not supported.")
+        return e.Reinit(state.x.name, value.x)
+
+    def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
+        blocks: list[tuple[e.Expression, e.Body]] = []
+        otherwise: e.Body | None = None
+        for condition, body in x.branches:
+            truth = self.here.boolean(condition, "the condition of `if`")
+            if truth.variability == CONSTANT and isinstance(truth.x, e.Const):
+                if truth.x.value:
+                    otherwise = self.body(body)
+                    break
+                continue
+            blocks.append((truth.x, self.body(body)))
+        otherwise = self.body(x.otherwise) if otherwise is None else otherwise
+        return (e.IfStatement(tuple(blocks), otherwise),) if blocks else otherwise
+
+    def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> tuple[e.Statement, ...]:
+        first, *rest = iterators
+        whole, values = self.here.iterations(first, (tuple(clauses),))
+        kind = whole.type
+        try:
+            within = self._knowing(first.name, Typed(e.Ref(first.name), kind, (), 3 if self.is_function else 2))
+            body = within._for(rest, clauses) if rest else within.body(clauses)
+            return (e.For(((first.name, whole.x),), body),)
+        except NeedsUnrolling as needed:
+            if values is None:
+                raise needed.error from None
+        found: list[e.Statement] = []
+        for value in values:
+            within = self._knowing(first.name, value)
+            found += within._for(rest, clauses) if rest else within.body(clauses)
+        return tuple(found)
+
+    def _knowing(self, name: str, value: Typed) -> "Statements":
+        return Statements(self.here.knowing({name: value}), in_when=self.in_when, is_initial=self.is_initial)
+
+    def _when(self, x: t.WhenClause) -> e.Statement:
+        if self.is_function:
+            raise self.here.error(x.at, "`when` is not allowed in functions.")
+        if self.in_when:
+            raise self.here.error(x.at, "`when` is not allowed in `when`.")
+        inner = Statements(self.here, in_when=True)
+        return e.WhenClause(tuple((when_condition(self.here, c), inner.body(body)) for c, body in x.branches))
+
+
+def when_condition(here: Expressions, condition: t.Expression) -> e.Expression:
+    """The condition of a when-clause: a truth, a vector of them, or a clock."""
+    found = here.single(condition)
+    if found.type.name not in ("Boolean", "Clock") or len(found.dims) > 1:
+        raise here.error(condition.at, f"the condition of `when` must be Boolean, not of type {found.type}.")
+    return found.x
+
+
+def assertion(here: Expressions, call: t.Call) -> e.Assert:
+    names = ("condition", "message", "level")
+    condition = here.single(_argument(here, call, names, 0))
+    message = here.single(_argument(here, call, names, 1))
+    if condition.type.name != "Boolean" or condition.dims:
+        raise here.error(call.at, f"the condition of `assert` must be Boolean, not of type {condition.type}.")
+    if message.type.name != "String":
+        raise here.error(call.at, f"the message of `assert` must be a String, not of type {message.type}.")
+    is_warning = False
+    if len(call.args) + len(call.named) > 2:
+        level = here.single(_argument(here, call, names, 2))
+        if level.type.name != "enumeration" or level.variability > PARAMETER:
+            raise here.error(call.at, "the level of `assert` must be a literal of AssertionLevel.")
+        is_warning = int(here.context.value(level.x)) == 1
+    return e.Assert(condition.x, message.x, is_warning)
+
+
+def _argument(here: Expressions, call: t.Call, names: Sequence[str], i: int) -> t.Expression:
+    for key, _ in call.named:
+        if key not in names:
+            raise here.error(call.at, f"`{call.function}` has no argument {key}.")
+    if len(call.args) + len(call.named) > len(names):
+        raise here.error(call.at, f"`{call.function}` has too many arguments.")
+    if i < len(call.args):
+        return call.args[i]
+    for key, value in call.named:
+        if key == names[i]:
+            return value
+    raise here.error(call.at, f"`{call.function}` needs the argument {names[i]}.")

@@ -1,0 +1,434 @@
+"""Calls of functions and of constructors (Modelica 3.6, sections 12.4 and 14.3)."""
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ..._errors import suggestion
+from .._syntax import expressions as e
+from .._translate.scope import NotKnown
+from . import builtins, references
+from . import tree as t
+from .classes import ClassElement, ComponentElement, Instance
+from .source import TextError
+from .typed import (
+    CONSTANT,
+    NONE,
+    PARAMETER,
+    Dims,
+    Type,
+    Typed,
+    accepts,
+    is_external_object,
+    same_dims,
+    type_of,
+    written_dims,
+)
+
+if TYPE_CHECKING:
+    from .expressions import Expressions
+
+
+def call(here: "Expressions", x: t.Call) -> Typed:
+    """The call of a function of the model or a library. Raises `TextError`."""
+    found = callee(here, x.function)
+    if isinstance(found, Typed):
+        return _call_of_argument(here, x, found)
+    return call_of(here, found, x)
+
+
+def callee(here: "Expressions", function: t.Reference) -> ClassElement | Typed:
+    """The function that a reference names; an expression, if it is an argument of the function around."""
+    if len(function.parts) == 1 and function.parts[0].name in here.names:
+        return here.names[function.parts[0].name]
+    found = references.find(here, function)
+    if isinstance(found, references.Chain) and type_of(found.last.prototype).name == "function":
+        found = Typed(e.Ref(found.last.name), type_of(found.last.prototype))
+    if not isinstance(found, ClassElement | Typed):
+        raise here.error(function.at, f"{function} is a component, not a function.")
+    return found
+
+
+def call_of(here: "Expressions", element: ClassElement, x: t.Call) -> Typed:
+    """The call of a class: a function, the constructor of a record, or of an external object."""
+    instance = element.instance
+    if instance.kind == "operator record" and "'constructor'" in instance.elements:
+        return _overloaded(here, instance, x)
+    if instance.kind in ("record", "operator record"):
+        return _record(here, instance, x)
+    if is_external_object(instance):
+        return _object(here, instance, x)
+    if instance.kind == "operator":
+        return _chosen(here, instance, x)
+    if instance.literals is not None:
+        return _enumeration(here, instance, x)
+    if not instance.is_function:
+        raise here.error(x.at, f"{instance.name} is a {instance.kind}, not a function.")
+    if instance.tree.is_partial and not instance.tree.is_replaceable:
+        raise here.error(x.at, f"the function {instance.name} is partial, and cannot be called.")
+    return _function(here, instance, x)
+
+
+def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    builtin = _builtin_name(instance)
+    if builtin is not None:
+        values = (*x.args, *(value for _, value in x.named))
+        return builtins.call(here, builtin, t.Call(x.function, values, (), x.at))
+    inputs = [one for one in instance.components() if one.causality == "input"]
+    given = _matched(here, instance.name, inputs, x)
+    functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}
+    name = here.context.functions.request(instance, functions)
+    extra = [item for arg in functions.values() for item in arg.results]
+    ordered = _in_order(here, instance, inputs, given)
+    values = [arg for arg in ordered if arg.type.name != "function"] + extra
+    lifted = _lifted(here, inputs, given, x)
+    outputs = [one for one in instance.components() if one.causality == "output"]
+    variability = max((arg.variability for arg in values), default=CONSTANT)
+    if instance.tree.is_impure:
+        variability = max(variability, 2)
+    found = e.FunctionCall(name, tuple(arg.x for arg in values))
+    results = tuple(_result(here, instance, one, given, lifted, variability, found) for one in outputs)
+    if not results:
+        return Typed(found, NONE, (), variability)
+    return results[0]._replace(results=results)
+
+
+def _builtin_name(instance: Instance) -> str | None:
+    """The function of the language that a function with `external "builtin"` stands for."""
+    for base in instance.lineage():
+        body = base.tree.body
+        if isinstance(body, t.Long) and body.external is not None and body.external.language == "builtin":
+            name = body.external.name or instance.name
+            return name if name in builtins.FUNCTIONS else None
+    return None
+
+
+def _enumeration(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    """`E(i)`: the literal of an enumeration with a number (section 4.9.5.3)."""
+    if len(x.args) != 1 or x.named:
+        raise here.error(x.at, f"the conversion to {instance.name} needs one argument.")
+    value = here.single(x.args[0])
+    if value.type.name != "Integer" or value.dims:
+        raise here.error(x.at, f"the conversion to {instance.name} needs an Integer, not {value.type}.")
+    if value.variability <= PARAMETER:
+        try:
+            number = int(here.context.value(value.x))
+        except NotKnown:
+            number = None
+        if number is not None:
+            if not 1 <= number <= len(instance.literals or ()):
+                raise here.error(x.at, f"{instance.name} has no literal with the number {number}.")
+            if value.variability == CONSTANT:
+                return references.literal(here, instance, number)
+    return value._replace(type=Type("enumeration", instance.origin()))
+
+
+def _result(
+    here: "Expressions",
+    instance: Instance,
+    output: ComponentElement,
+    given: Mapping[str, Typed],
+    lifted: Dims,
+    variability: int,
+    found: e.FunctionCall,
+) -> Typed:
+    kind = type_of(output.prototype)
+    known = tuple(here.context.sizes(output))
+    if None in known:
+        known = tuple(here.context.sizes_with(output, given))
+    return Typed(found, kind, (*lifted, *known), variability)
+
+
+def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement], x: t.Call) -> dict[str, Typed]:
+    """The arguments by the names of the inputs."""
+    formals = {one.name: one for one in inputs}
+    if len(x.args) > len(formals):
+        raise here.error(x.at, f"{name} has {len(formals)} inputs, but {len(x.args)} arguments.")
+    given: dict[str, Typed] = {}
+    texts = [*zip(formals, x.args, strict=False), *x.named]
+    for key, text in texts:
+        if key not in formals:
+            raise here.error(text.at, f"{name} has no input {key}.{suggestion(key, list(formals))}")
+        if key in given:
+            raise here.error(text.at, f"the input {key} of {name} gets two arguments.")
+        given[key] = _argument(here, name, formals[key], text)
+    for key, formal in formals.items():
+        has_default = formal.modifier is not None and formal.modifier.binding is not None
+        if key not in given and not has_default and not _has_fields(formal):
+            raise here.error(x.at, f"the input {key} of {name} gets no argument.")
+    return given
+
+
+def _has_fields(formal: ComponentElement) -> bool:
+    """Whether the modifier of a record gives the values of its fields."""
+    return type_of(formal.prototype).name == "record" and all(
+        (one.modifier is not None and one.modifier.binding is not None) or _has_fields(one)
+        for one in formal.prototype.components()
+    )
+
+
+def _argument(here: "Expressions", name: str, formal: ComponentElement, text: t.Expression) -> Typed:
+    kind = type_of(formal.prototype)
+    if kind.name == "function":
+        return _function_argument(here, text)
+    found = here.single(text)
+    if not accepts(kind, found.type):
+        converted = converted_to(here, kind, found, text.at)
+        if converted is None:
+            raise here.error(text.at, f"the input {formal.name} of {name} is of type {kind}, not {found.type}.")
+        found = converted
+    dims = here.context.formal_sizes(formal)
+    extra = len(found.dims) - len(dims)
+    if extra < 0 or not same_dims(found.dims[extra:], dims):
+        raise here.error(
+            text.at,
+            f"the input {formal.name} of {name} has size {written_dims(dims)}, not {written_dims(found.dims)}.",
+        )
+    return found
+
+
+def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
+    """A function as an argument, with the values of its inputs that `function f(a = 1)` gives as results."""
+    reference = text.function if isinstance(text, t.PartialCall) else text
+    if not isinstance(reference, t.Reference):
+        raise here.error(text.at, "this argument must be a function.")
+    found = callee(here, reference)
+    if isinstance(found, Typed):
+        return found
+    instance = found.instance
+    named = text.named if isinstance(text, t.PartialCall) else ()
+    formals = {one.name: one for one in instance.components() if one.causality == "input"}
+    for key, value in named:
+        if key not in formals:
+            raise here.error(value.at, f"{instance.name} has no input {key}.{suggestion(key, list(formals))}")
+    values = tuple(_argument(here, instance.name, formals[key], value) for key, value in named)
+    here.context.functions.partial[id(instance)] = instance
+    return Typed(
+        e.Ref("|".join((instance.path, *(key for key, _ in named)))), Type("function", instance), (), 0, values
+    )
+
+
+def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:
+    """The call of a function that is an argument: `here.names` has the function itself, with bound values."""
+    instance = function.type.instance
+    assert isinstance(function.x, e.Ref)
+    assert instance is not None
+    _, *bound = function.x.name.split("|")
+    if not function.results and bound:
+        raise here.error(x.at, "the bound values of this function are not known.")
+    if not isinstance(instance, Instance) or instance.tree.is_partial:
+        raise here.error(x.at, f"the function {x.function} is not known.")
+    values = dict(zip(bound, function.results, strict=True))
+    inputs = [one for one in instance.components() if one.causality == "input"]
+    free = [one for one in inputs if one.name not in values]
+    given = {**_matched(here, instance.name, free, x), **values}
+    name = here.context.functions.request(instance, {})
+    ordered = _in_order(here, instance, inputs, given)
+    outputs = [one for one in instance.components() if one.causality == "output"]
+    found = e.FunctionCall(name, tuple(arg.x for arg in ordered))
+    results = tuple(_result(here, instance, one, given, (), 3, found) for one in outputs)
+    return results[0]._replace(results=results) if results else Typed(found, NONE)
+
+
+def _in_order(
+    here: "Expressions", instance: Instance, inputs: Sequence[ComponentElement], given: Mapping[str, Typed]
+) -> list[Typed]:
+    """The arguments by position. Inputs at the end that get their default are left out, unless this depends on the
+    component that modifies the function.
+    """
+    needed = [i for i, one in enumerate(inputs) if one.name in given or reads_component(one)]
+    last = max(needed, default=-1)
+    found: list[Typed] = []
+    known = dict(given)
+    for one in inputs[: last + 1]:
+        if one.name not in known:
+            known[one.name] = _default(here, instance, one, known)
+        found.append(known[one.name])
+    return found
+
+
+def reads_component(formal: ComponentElement) -> bool:
+    """Whether the default of an input is the modifier of a component, whose variables it can read."""
+    binding = formal.modifier.binding if formal.modifier else None
+    return binding is not None and not binding.scope.whole.is_class
+
+
+def _default(here: "Expressions", instance: Instance, formal: ComponentElement, given: Mapping[str, Typed]) -> Typed:
+    value = here.context.default(formal, given)
+    if value is None:
+        raise formal.error(f"the input {formal.name} of {instance.name} has no default.")
+    return value
+
+
+def _lifted(here: "Expressions", inputs: Sequence[ComponentElement], given: Mapping[str, Typed], x: t.Call) -> Dims:
+    """The dimensions over which a call with arrays for scalars is repeated (section 12.4.6)."""
+    found: Dims = ()
+    for one in inputs:
+        if one.name in given and given[one.name].type.name != "function":
+            dims = given[one.name].dims
+            extra = dims[: len(dims) - len(here.context.formal_sizes(one))]
+            if extra and found and not same_dims(extra, found):
+                raise here.error(x.at, "the arrays for which the function is called have different sizes.")
+            found = found or extra
+    return found
+
+
+def _record(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    """The constructor of a record (section 12.6)."""
+    fields = [one for one in instance.components() if not _is_fixed(one)]
+    given = _matched(here, instance.name, fields, x)
+    return _constructed(here, instance, given)
+
+
+def _is_fixed(field: ComponentElement) -> bool:
+    """Whether the constructor has no input for a field, because its value cannot change."""
+    has_value = field.modifier is not None and field.modifier.binding is not None
+    return has_value and (field.is_final or field.variability == "constant")
+
+
+def _constructed(here: "Expressions", instance: Instance, given: Mapping[str, Typed]) -> Typed:
+    name = here.context.functions.request_record(instance)
+    known = dict(given)
+    for one in instance.components():
+        _fill(here, instance, one, known, ())
+    values = [known[one.name] for one in instance.components()]
+    variability = max((value.variability for value in values), default=CONSTANT)
+    dims: Dims = ()
+    for one in instance.components():
+        value = known[one.name]
+        extra = len(value.dims) - len(here.context.formal_sizes(one))
+        dims = dims or value.dims[:extra]
+    if dims and None not in dims:
+        return _array_of_records(here, instance, known, dims, variability)
+    x = e.FunctionCall(name, tuple(value.x for value in values), True)
+    return Typed(x, Type("record", instance), dims, variability, tuple(values))
+
+
+def _fill(
+    here: "Expressions", instance: Instance, field: ComponentElement, known: dict[str, Typed], around: tuple[str, ...]
+) -> None:
+    """Adds the default of a field, after those of other fields that it reads."""
+    if field.name in known:
+        return
+    if field.name in around:
+        raise field.error(f"the value of {field.name} depends on itself.")
+    binding = field.modifier.binding if field.modifier else None
+    for name in names_of(binding.expression) if binding else ():
+        other = instance.elements.get(name)
+        if isinstance(other, ComponentElement) and name not in known:
+            _fill(here, instance, other, known, (*around, field.name))
+    known[field.name] = _default(here, instance, field, known)
+
+
+def names_of(x: object) -> list[str]:
+    """The first names of the references in an expression."""
+    if isinstance(x, tuple):
+        return [name for item in x for name in names_of(item)]
+    found = [x.parts[0].name] if isinstance(x, t.Reference) else []
+    for name in getattr(type(x), "__dataclass_fields__", ()):
+        found += names_of(getattr(x, name))
+    return found
+
+
+def _array_of_records(
+    here: "Expressions", instance: Instance, known: Mapping[str, Typed], dims: Dims, variability: int
+) -> Typed:
+    from .typed import element, indices, nested
+
+    name = here.context.functions.request_record(instance)
+    sizes = [n or 0 for n in dims]
+    items: list[e.Expression] = []
+    for index in indices(sizes):
+        subs = [e.Const(i) for i in index]
+        args = [
+            element(known[one.name].x, subs)
+            if len(known[one.name].dims) > len(here.context.formal_sizes(one))
+            else known[one.name].x
+            for one in instance.components()
+        ]
+        items.append(e.FunctionCall(name, tuple(args), True))
+    return Typed(nested(items, sizes), Type("record", instance), dims, variability)
+
+
+def _object(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    constructor = instance.elements.get("constructor")
+    if not isinstance(constructor, ClassElement):
+        raise here.error(x.at, f"the external object {instance.name} has no constructor.")
+    function = constructor.instance
+    inputs = [one for one in function.components() if one.causality == "input"]
+    given = _matched(here, instance.name, inputs, x)
+    name = here.context.functions.request_object(instance, function)
+    ordered = _in_order(here, function, inputs, given)
+    variability = max((arg.variability for arg in ordered), default=CONSTANT)
+    return Typed(e.FunctionCall(name, tuple(arg.x for arg in ordered)), Type("object", instance), (), variability)
+
+
+def operators(instance: Instance, name: str) -> list[Instance]:
+    """The functions of an operator of an operator record, such as `'+'`."""
+    found = of_class(instance).elements.get(name)
+    if not isinstance(found, ClassElement):
+        return []
+    inner = found.instance
+    if inner.is_function:
+        return [inner]
+    return [
+        one.instance for one in inner.elements.values() if isinstance(one, ClassElement) and one.instance.is_function
+    ]
+
+
+def of_class(instance: Instance) -> Instance:
+    """The class of a component itself, so that all components share its functions."""
+    return instance.origin().element.target().instance
+
+
+def _overloaded(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    """The constructor of an operator record that fits the arguments, or that of its fields."""
+    for function in operators(instance, "'constructor'"):
+        try:
+            return _function(here, function, x)
+        except TextError:
+            continue
+    return _record(here, instance, x)
+
+
+def _chosen(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+    for function in operators_in(instance):
+        try:
+            return _function(here, function, x)
+        except TextError:
+            continue
+    raise here.error(x.at, f"no function of the operator {instance.name} fits these arguments.")
+
+
+def operators_in(instance: Instance) -> list[Instance]:
+    return [
+        one.instance for one in instance.elements.values() if isinstance(one, ClassElement) and one.instance.is_function
+    ]
+
+
+def call_values(here: "Expressions", function: Instance, args: Sequence[Typed]) -> Typed | None:
+    """The call of a function of an operator with values; None if it does not fit exactly (section 14.4)."""
+    inputs = [one for one in function.components() if one.causality == "input"]
+    needed = [one for one in inputs if one.modifier is None or one.modifier.binding is None]
+    if not len(needed) <= len(args) <= len(inputs):
+        return None
+    for one, arg in zip(inputs, args, strict=False):
+        if not accepts(type_of(one.prototype), arg.type) or not same_dims(here.context.formal_sizes(one), arg.dims):
+            return None
+    name = here.context.functions.request(function, {})
+    outputs = [one for one in function.components() if one.causality == "output"]
+    given = {one.name: arg for one, arg in zip(inputs, args, strict=False)}
+    found = e.FunctionCall(name, tuple(arg.x for arg in args))
+    variability = max((arg.variability for arg in args), default=CONSTANT)
+    return _result(here, function, outputs[0], given, (), variability, found)
+
+
+def converted_to(here: "Expressions", kind: Type, value: Typed, at: int) -> Typed | None:
+    """A value as an operator record, if one of its constructors converts it (section 14.4)."""
+    instance = kind.instance
+    if kind.name != "record" or instance is None or instance.origin().kind != "operator record" or value.dims:
+        return None
+    for function in operators(instance, "'constructor'"):
+        found = call_values(here, function, [value])
+        if found is not None:
+            return found
+    return None

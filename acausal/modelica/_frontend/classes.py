@@ -1,0 +1,843 @@
+"""Classes, inheritance and the elements of class instances (Modelica 3.6, chapters 4, 5.6 and 7).
+
+An `Instance` is a class at one place: with the class instance that encloses it, in which its names are looked up, and
+with the modifier that it has there. Its elements, and the instances of its base classes, are made when something asks
+for them, so that instances cost nothing before they are needed.
+"""
+
+import dataclasses
+import functools as ft
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any
+
+from .._errors import ModelicaError
+from . import tree as t
+from .library import Definition, Libraries
+from .modifiers import Index, Modifier, Redeclaration, connection_text, merged, modifier_of
+from .parse import parse
+from .source import Source, TextError
+
+if TYPE_CHECKING:
+    from .typed import Type
+
+_PREDEFINED = Source(
+    "<predefined>",
+    "type Real end Real; type Integer end Integer; type Boolean end Boolean; type String end String;"
+    "type Clock end Clock; partial class ExternalObject end ExternalObject;"
+    "type StateSelect = enumeration(never, avoid, default, prefer, always);"
+    "type AssertionLevel = enumeration(warning, error);",
+)
+BUILTIN = frozenset(("Real", "Integer", "Boolean", "String", "Clock"))
+_COMMON = frozenset(("value", "quantity", "start", "fixed"))
+ATTRIBUTES = {
+    "Real": _COMMON | {"unit", "displayUnit", "min", "max", "nominal", "unbounded", "stateSelect"},
+    "Integer": _COMMON | {"min", "max"},
+    "Boolean": _COMMON,
+    "String": _COMMON,
+    "Clock": frozenset[str](),
+    "enumeration": _COMMON | {"min", "max"},
+}
+_VARIABILITIES = {"constant": 0, "parameter": 1, "discrete": 2, "": 3}
+_DEPTH = 200  # of components in components, and of base classes
+
+
+def join(path: str, name: str) -> str:
+    return f"{path}.{name}" if path else name
+
+
+@dataclasses.dataclass(eq=False)
+class ClassElement:
+    """A class as an element of a class instance. `scope` encloses its text; None at the top. `extended` is the class
+    that a class which extends itself replaces.
+    """
+
+    name: str
+    scope: "Instance | None"
+    holder: "Instance | None"
+    top: "Top"
+    load: Callable[[], Definition]
+    modifier: Modifier | None = None
+    extended: "ClassElement | None" = None
+    is_protected: bool = False
+    original: "ClassElement | None" = None  # the one that a redeclaration has replaced
+    _definition: Definition | None = None
+    _instance: "Instance | None" = None
+    _pending: bool = False
+
+    @property
+    def definition(self) -> Definition:
+        if self._definition is None:
+            self._definition = self.load()
+        return self._definition
+
+    @property
+    def tree(self) -> t.Class:
+        return self.definition.tree
+
+    @property
+    def path(self) -> str:
+        return join(self.holder.path if self.holder else "", self.name)
+
+    @property
+    def instance(self) -> "Instance":
+        """The class itself, as a package or a function is used."""
+        found = self.target()
+        if found._instance is None:
+            found._instance = Instance(found, found.modifier, found.path, None)
+            found._instance.is_class = True
+        return found._instance
+
+    def target(self) -> "ClassElement":
+        """The class that this one is another name for; itself if it is none."""
+        body = self.tree.body
+        if not isinstance(body, t.Short) or body.dims or body.causality or body.modification or self.modifier:
+            return self
+        if self._pending or self.tree.is_encapsulated:
+            return self
+        self._pending = True
+        try:
+            found = self.definition_scope.find_class(body.type).target()
+        finally:
+            self._pending = False
+        return found if found.tree.kind == self.tree.kind and not self.extended else self
+
+    @property
+    def definition_scope(self) -> "Instance | Top":
+        return self.scope or self.top
+
+    def instantiate(self, modifier: Modifier | None, path: str, component: "ComponentElement | None") -> "Instance":
+        """An instance with a further modifier, as the type of a component."""
+        return Instance(self, merged(modifier, self.modifier), path, component)
+
+
+class Instance:
+    """A class at one place. `path` is its place in the flat model, or the name of a package or function. `component`
+    is the component around it, `derived` the class instance that has it as a base class.
+    """
+
+    def __init__(
+        self,
+        element: ClassElement,
+        modifier: Modifier | None,
+        path: str,
+        component: "ComponentElement | None",
+        derived: "Instance | None" = None,
+    ) -> None:
+        self.element = element
+        self.top = element.top
+        self.definition = element.definition
+        self.tree = element.definition.tree
+        self.source = element.definition.source
+        self.encloser = element.scope
+        self.modifier = modifier
+        self.path = path
+        self.component = component
+        self.derived = derived
+        self.level: int = derived.level + 1 if derived else 0
+        self._own: dict[str, ClassElement | ComponentElement] | None = None
+        self._elements: dict[str, ClassElement | ComponentElement] | None = None
+        self._bases: list[Instance] = []
+        self._base_at: list[int] = []
+        self._pending = False
+        self._imported: dict[str, ClassElement | ComponentElement | None] = {}
+        self._classes: dict[str, ClassElement] = {}
+        self.type: Type | None = None  # found by typed.py
+        self.is_class = False  # a package or function, not the type of a component
+
+    # The names of a class
+
+    def error(self, at: int, message: str) -> TextError:
+        return self.source.error(at, message)
+
+    @property
+    def name(self) -> str:
+        return self.tree.name
+
+    @property
+    def whole(self) -> "Instance":
+        """The class instance that has this one as a base class, or base class of it."""
+        found = self
+        while found.derived is not None:
+            found = found.derived
+        return found
+
+    @property
+    def is_function(self) -> bool:
+        return self.kind in ("function", "operator function")
+
+    @property
+    def kind(self) -> str:
+        """The specialised class; that of the base class for a short definition as a class or type."""
+        found = self.tree.kind
+        if found in ("class", "type") and isinstance(self.tree.body, t.Short):
+            return self.bases[0].kind
+        return found
+
+    @property
+    def own(self) -> "dict[str, ClassElement | ComponentElement]":
+        """The elements that the text of the class declares, without those of its base classes."""
+        if self._own is None:
+            self._own = {}
+            self._declare()
+        return self._own
+
+    @property
+    def elements(self) -> "dict[str, ClassElement | ComponentElement]":
+        """All elements by name. While base classes are looked up, only those that are known already."""
+        if self._elements is None:
+            if self._pending:
+                return self.own
+            self._pending = True
+            try:
+                self._elements = self._expanded()
+            finally:
+                self._pending = False
+        return self._elements
+
+    @property
+    def bases(self) -> "list[Instance]":
+        """Instances of the base classes."""
+        _ = self.elements
+        return self._bases
+
+    def _declare(self) -> None:
+        assert self._own is not None
+        body = self.tree.body
+        for name in self.definition.stored():
+            self._own[name] = self._class(name, lambda name=name: self._stored(name), None)
+        if not isinstance(body, t.Long):
+            return
+        for element in body.elements:
+            if isinstance(element, t.Import | t.Extends) or element.is_redeclare or _extends_itself(element):
+                continue
+            if element.name in self._own:
+                raise self.error(element.at, f"{self.name} declares {element.name} twice.")
+            if isinstance(element, t.Class):
+                definition = Definition(element, self.source, None)
+                self._own[element.name] = self._class(element.name, lambda d=definition: d, element)
+            else:
+                self._own[element.name] = self._component(element)
+
+    def _stored(self, name: str) -> Definition:
+        found = self.definition.load(name)
+        assert found is not None
+        return found
+
+    def _class(self, name: str, load: Callable[[], Definition], tree: t.Class | None) -> ClassElement:
+        """The element of a class in the text, or what a modifier makes of it."""
+        outer = self.modifier.get(name) if self.modifier else None
+        is_protected = tree.is_protected if tree else False
+        found = ClassElement(name, self, self, self.top, load, is_protected=is_protected)
+        if tree is not None and tree.constraint is not None and (outer is None or outer.redeclaration is None):
+            outer = merged(outer, _constraint_modifier(tree, self))
+        if outer is None:
+            return found
+        if tree is not None:
+            self._check_changed(name, tree, outer)
+        redeclaration = outer.redeclaration
+        if redeclaration is None:
+            found.modifier = outer
+            return found
+        if isinstance(redeclaration.element, t.Component):
+            raise outer.error(f"{name} is a class, and cannot be redeclared as a component.")
+        return self._redeclared(found, redeclaration, outer)
+
+    def _redeclared(self, found: ClassElement, redeclaration: Redeclaration, outer: Modifier | None) -> ClassElement:
+        below = redeclaration.below
+        if below is not None:
+            found = self._redeclared(found, below, None)
+        tree = redeclaration.element
+        assert isinstance(tree, t.Class)
+        definition = Definition(tree, redeclaration.scope.source, None)
+        new = ClassElement(
+            found.name, redeclaration.scope, self, self.top, lambda: definition, is_protected=found.is_protected
+        )
+        new.original = found
+        if redeclaration.extends_itself:
+            new.extended = found
+            new.modifier = dataclasses.replace(outer, redeclaration=None) if outer else None
+            return new
+        constraint = _constraint_modifier(found.tree, found.definition_scope)
+        own = dataclasses.replace(outer, redeclaration=None) if outer and outer.elements else None
+        new.modifier = merged(own, constraint)
+        return new
+
+    def _check_changed(self, name: str, tree: t.Class | t.Component, outer: Modifier) -> None:
+        redeclaration = outer.redeclaration
+        if redeclaration and not tree.is_replaceable and not redeclaration.extends_itself:
+            if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
+                return
+            raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
+        if outer.redeclaration and tree.is_final:
+            raise outer.error(f"{name} cannot be redeclared, because it is final.")
+        if tree.is_final and (outer.binding or outer.elements):
+            raise outer.error(f"the modifier changes {name}, which is final.")
+        if tree.is_protected and outer.scope.whole is not self.whole and _is_outside(outer.scope, self):
+            raise outer.error(f"the modifier changes {name}, which is protected.")
+
+    def _is_restricted(self, tree: t.Component, redeclaration: Redeclaration) -> bool:
+        """Whether a redeclaration has the class of the declaration, so that it changes prefixes and sizes only."""
+        new = redeclaration.element
+        if not isinstance(new, t.Component):
+            return False
+        own, other = self.find_class(tree.type), redeclaration.scope.find_class(new.type)
+        return own.target().definition.tree is other.target().definition.tree
+
+    def _component(self, tree: t.Component) -> "ComponentElement":
+        """The component of a declaration, or what a modifier makes of it."""
+        outer = self.modifier.get(tree.name) if self.modifier else None
+        own = modifier_of(tree.modification, self)
+        if tree.is_final and own is not None:
+            own = dataclasses.replace(own, is_final=True)
+        if tree.constraint is not None and (outer is None or outer.redeclaration is None):
+            own = merged(own, _constraint_modifier(tree, self))
+        if outer is None:
+            return ComponentElement(tree, self, own, self)
+        self._check_changed(tree.name, tree, outer)
+        redeclaration = outer.redeclaration
+        if redeclaration is None:
+            return ComponentElement(tree, self, merged(outer, own), self)
+        new = redeclaration.element
+        if isinstance(new, t.Class):
+            raise outer.error(f"{tree.name} is a component, and cannot be redeclared as a class.")
+        constraint = _constraint_modifier(tree, self)
+        if constraint is None and tree.constraint is None:
+            constraint = own
+        outer = dataclasses.replace(outer, redeclaration=None)
+        return ComponentElement(new, redeclaration.scope, merged(outer, constraint), self, replaced=tree)
+
+    # Inheritance
+
+    def _expanded(self) -> "dict[str, ClassElement | ComponentElement]":
+        if self.level > _DEPTH:
+            raise self.error(self.tree.at, f"{self.name} extends itself.")
+        body = self.tree.body
+        found = dict(self.own)
+        if isinstance(body, t.Long):
+            self._inherit_all(body, found)
+        elif isinstance(body, t.Short):
+            scope = self.encloser or self.top
+            modifier = modifier_of(body.modification, scope if isinstance(scope, Instance) else self)
+            self._inherit(scope.find_class(body.type, self.source), modifier, self.tree.at, found)
+        elif isinstance(body, t.Derivative):
+            raise self.error(self.tree.at, "a function that is a partial derivative is not supported.")
+        if self.modifier is not None and self.derived is None:
+            self._check_names(self.modifier, found)
+        found = self._ordered(found)
+        for name in self.modifier.breaks if self.modifier else ():
+            if not name.startswith("connect(") and found.pop(name, None) is None:
+                assert self.modifier is not None
+                raise self.modifier.error(f"{self.name} has no {name} to remove.")
+        return found
+
+    def _ordered(
+        self, found: "dict[str, ClassElement | ComponentElement]"
+    ) -> "dict[str, ClassElement | ComponentElement]":
+        """Elements in the order of the text, with those of a base class in the place of its extends-clause."""
+        if not self._bases or not isinstance(self.tree.body, t.Long):
+            return found
+        places = {e.name: e.at for e in self.tree.body.elements if isinstance(e, t.Class | t.Component)}
+        clauses = [(places.get(name, -1), [name]) for name in self.own]
+        clauses += [(at, list(base.elements)) for at, base in zip(self._base_at, self._bases, strict=True)]
+        clauses.sort(key=lambda one: one[0])
+        return {name: found[name] for _, names in clauses for name in names if name in found}
+
+    def _inherit_all(self, body: t.Long, found: "dict[str, ClassElement | ComponentElement]") -> None:
+        redeclared = self._redeclarations(body)
+        if body.is_class_extends:
+            assert self.element.extended is not None
+            self._inherit(self.element.extended, modifier_of(body.extends, self), -1, found, redeclared)
+        for element in body.elements:
+            if isinstance(element, t.Extends):
+                base = self.find_class(element.type, is_base=True)
+                if self.element.extended is None and base.definition.tree is self.tree:
+                    raise self.error(element.at, f"{self.name} extends itself.")
+                modifier = modifier_of(element.modification, self)
+                self._inherit(base, modifier, element.at, found, redeclared)
+        for name, modifier in redeclared.items():
+            if name not in found:
+                raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
+
+    def _redeclarations(self, body: t.Long) -> dict[str, Modifier]:
+        """The elements that redeclare those of base classes, as modifiers of these."""
+        found: dict[str, Modifier] = {}
+        for element in body.elements:
+            if isinstance(element, t.Class | t.Component) and (element.is_redeclare or _extends_itself(element)):
+                own = modifier_of(element.modification, self) if isinstance(element, t.Component) else None
+                own = own or Modifier(self, element.at)
+                if element.name in found or element.name in self.own:
+                    raise self.error(element.at, f"{self.name} declares {element.name} twice.")
+                found[element.name] = dataclasses.replace(
+                    own, redeclaration=Redeclaration(element, self), is_final=element.is_final
+                )
+        return found
+
+    def _inherit(
+        self,
+        base: ClassElement,
+        modifier: Modifier | None,
+        at: int,
+        found: "dict[str, ClassElement | ComponentElement]",
+        redeclared: dict[str, Modifier] | None = None,
+    ) -> None:
+        own = modifier
+        if redeclared:
+            own = merged(Modifier(self, at, elements=redeclared), modifier)
+        outer = self.modifier
+        if outer is not None:
+            outer = dataclasses.replace(outer, binding=None, redeclaration=None, breaks=frozenset())
+        instance = Instance(base, merged(merged(outer, own), base.modifier), self.path, self.component, self)
+        self._bases.append(instance)
+        self._base_at.append(at)
+        inherited = instance.elements
+        if modifier is not None:
+            instance._check_names(modifier, inherited)
+        for name, element in inherited.items():
+            before = found.get(name)
+            if before is None:
+                found[name] = element
+            elif not _are_equal(before, element):
+                raise self.error(
+                    _at(before) if name in self.own else at,
+                    f"{self.name} has two elements {name} that differ, of its own or of its base classes.",
+                )
+
+    def _check_names(self, modifier: Modifier, found: "dict[str, ClassElement | ComponentElement]") -> None:
+        """Raises `TextError` for a modifier of an element that does not exist."""
+        known: Any = found
+        if self.builtin:
+            known = ATTRIBUTES[self.builtin]
+        elif self.literals is not None:
+            known = ATTRIBUTES["enumeration"]
+        for name, inner in modifier.elements.items():
+            if name not in known:
+                from ..._errors import suggestion
+
+                raise inner.error(f"{self.name} has no element {name} to modify.{suggestion(name, list(known))}")
+
+    @ft.cached_property
+    def builtin(self) -> str:
+        """The predefined type that the class is or extends; empty for any other class."""
+        if self.source is _PREDEFINED and self.tree.name in BUILTIN:
+            return self.tree.name
+        return next((base.builtin for base in self.bases if base.builtin), "")
+
+    @ft.cached_property
+    def literals(self) -> tuple[str, ...] | None:
+        """The literals of an enumeration."""
+        body = self.tree.body
+        if isinstance(body, t.Enumeration):
+            return body.literals or ()
+        return next((base.literals for base in self.bases if base.literals is not None), None)
+
+    def attributes(self) -> dict[str, Modifier]:
+        """The modifiers of the attributes of a predefined type or enumeration."""
+        found = self
+        while found.bases:
+            found = found.bases[0]
+        return found.modifier.elements if found.modifier else {}
+
+    def type_dims(self) -> "Iterator[tuple[Instance, tuple[t.Expression, ...]]]":
+        """Sizes that short definitions of the class state, each with its scope."""
+        if isinstance(self.tree.body, t.Short) and self.tree.body.dims:
+            yield self.encloser or self, self.tree.body.dims
+        for base in self.bases:
+            if isinstance(self.tree.body, t.Short) or base.builtin or base.literals is not None:
+                yield from base.type_dims()
+
+    def type_causality(self) -> str:
+        """The prefix `input` or `output` of a short definition."""
+        body = self.tree.body
+        if isinstance(body, t.Short):
+            return body.causality or self.bases[0].type_causality()
+        return next((base.type_causality() for base in self.bases if base.builtin), "")
+
+    def origin(self) -> "Instance":
+        """The class that a chain of short definitions names in the end."""
+        found = self
+        while isinstance(found.tree.body, t.Short):
+            found = found.bases[0]
+        return found
+
+    def lineage(self) -> "Iterator[Instance]":
+        """The base classes in the order of the text, each before the class that extends it; the class itself last."""
+        for base in self.bases:
+            yield from base.lineage()
+        yield self
+
+    def annotation(self, name: str) -> t.Expression | None:
+        """The value of an annotation of the class or of a base class."""
+        for instance in reversed(list(self.lineage())):
+            found = annotation(instance.tree.annotation, name)
+            if found is not None:
+                return found
+        return None
+
+    def components(self) -> "Iterator[ComponentElement]":
+        for element in self.elements.values():
+            if isinstance(element, ComponentElement):
+                yield element
+
+    def is_removed(self, connect: t.Connect) -> bool:
+        """Whether `break connect(a, b)` removes a connection of this base class."""
+        text = connection_text(connect)
+        found: Instance | None = self
+        while found is not None:
+            if found.modifier is not None and text in found.modifier.breaks:
+                return True
+            found = found.derived
+        return False
+
+    # Look-up (Modelica 3.6, section 5.3)
+
+    def find(self, name: str, *, is_base: bool = False) -> "ClassElement | ComponentElement | None":
+        """The element that a simple name means in this class, or in the classes around it. `is_base`: the name is that
+        of a base class, which is not looked up among inherited elements.
+        """
+        here: Instance | None = self
+        while here is not None:
+            found = (here.own if is_base else here.elements).get(name) or here._import(name)
+            if found is not None:
+                return found
+            if here.tree.is_encapsulated:
+                return self.top.predefined(name)
+            here, is_base = here.encloser, False
+        return self.top.find(name)
+
+    def _import(self, name: str) -> "ClassElement | ComponentElement | None":
+        if name not in self._imported:
+            self._imported[name] = None  # while the imports are looked up
+            self._imported[name] = self._imported_as(name)
+        return self._imported[name]
+
+    def _imported_as(self, name: str) -> "ClassElement | ComponentElement | None":
+        body = self.tree.body
+        imports = [x for x in body.elements if isinstance(x, t.Import)] if isinstance(body, t.Long) else []
+        for clause in imports:
+            if clause.names is not None and name in clause.names:
+                parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
+                return self.top.find_path(parts, self, clause.at)
+        for clause in imports:
+            if clause.names is None:
+                package = self.top.find_path(clause.name.parts, self, clause.at)
+                if isinstance(package, ClassElement):
+                    found = package.instance.elements.get(name)
+                    if found is not None and not found.is_protected:
+                        return found
+        return None
+
+    def find_class(self, name: t.Name, source: Source | None = None, *, is_base: bool = False) -> ClassElement:
+        """The class that a name means. Raises `TextError`."""
+        key = str(name)
+        if key in self._classes:
+            return self._classes[key]
+        source = source or self.source
+        found = self.top.find(name.parts[0]) if name.is_global else self.find(name.parts[0], is_base=is_base)
+        if found is None:
+            raise self.top.unknown(name.parts[0], self, name.at, f"there is no class {name}", source)
+        found = inside(found, name.parts, source, name.at)
+        if found.tree.is_outer:
+            return self.inner_class(found)
+        if not self._pending and self.modifier is None:
+            self._classes[key] = found
+        return found
+
+    def inner_class(self, found: ClassElement) -> ClassElement:
+        """The inner class of an outer one (section 5.4); the outer one itself if there is none."""
+        around = found.holder.component if found.holder else None
+        while around is not None:
+            inner = around.holder.whole.elements.get(found.name)
+            if isinstance(inner, ClassElement) and inner.tree.is_inner:
+                return inner
+            around = around.parent
+        return found
+
+    def __repr__(self) -> str:
+        return f"<{self.name} at {self.path}>"
+
+
+def inside(found: "ClassElement | ComponentElement", parts: tuple[str, ...], source: Source, at: int) -> "ClassElement":
+    """The class with the further parts of a name."""
+    for i, part in enumerate(parts[1:], 1):
+        if isinstance(found, ComponentElement):
+            raise source.error(at, f"{'.'.join(parts[:i])} is a component, not a class or package.")
+        instance = found.instance
+        inner = instance.elements.get(part)
+        if inner is None:
+            from ..._errors import suggestion
+
+            raise source.error(
+                at, f"{'.'.join(parts[:i])} has no class {part}.{suggestion(part, list(instance.elements))}"
+            )
+        found = inner
+    if isinstance(found, ComponentElement):
+        raise source.error(at, f"{'.'.join(parts)} is a component, not a class.")
+    return found
+
+
+class ComponentElement:
+    """A component as an element of a class instance. `scope` is the class instance of its declaration's text, `holder`
+    the one whose element it is, `replaced` the declaration that a redeclaration has replaced.
+    """
+
+    def __init__(
+        self,
+        tree: t.Component,
+        scope: Instance,
+        modifier: Modifier | None,
+        holder: Instance,
+        replaced: t.Component | None = None,
+    ) -> None:
+        self.tree = tree
+        self.scope = scope
+        self.modifier = modifier
+        self.holder = holder
+        self.replaced = replaced
+        self.name = tree.name
+        self.is_protected = tree.is_protected or bool(replaced and replaced.is_protected)
+        self.dims: tuple[int | None, ...] | None = None  # found by structure.py
+        self.is_present: bool | None = None
+        self.value: Any = None
+        self.marks: dict[str, Any] = {}
+        self._type: ClassElement | None = None
+        self._members: dict[Index, Instance] = {}
+
+    def error(self, message: str) -> TextError:
+        return self.scope.source.error(self.tree.at, message)
+
+    @property
+    def path(self) -> str:
+        return join(self.holder.path, self.name)
+
+    @property
+    def parent(self) -> "ComponentElement | None":
+        return self.holder.component
+
+    @property
+    def type(self) -> ClassElement:
+        if self._type is None:
+            found = self.scope.find_class(self.tree.type)
+            self._type = found
+        return self._type
+
+    @property
+    def prototype(self) -> Instance:
+        """The type, without the index of a member."""
+        return self.member(())
+
+    def member(self, index: Index) -> Instance:
+        """The type of a member of an array of components."""
+        if index not in self._members:
+            if self.depth > _DEPTH:
+                raise self.error(f"the class of {self.name} contains itself.")
+            modifier = self.modifier
+            if modifier is not None:
+                modifier = (modifier.indexed(index) if index else modifier).without_binding()
+            path = self.path + (f"[{','.join(map(str, index))}]" if index else "")
+            self._members[index] = self.type.instantiate(modifier, path, self)
+        return self._members[index]
+
+    @property
+    def depth(self) -> int:
+        depth, found = 0, self.parent
+        while found is not None:
+            depth, found = depth + 1, found.parent
+        return depth
+
+    @property
+    def is_inner(self) -> bool:
+        return self.tree.is_inner or bool(self.replaced and self.replaced.is_inner)
+
+    @property
+    def is_outer(self) -> bool:
+        return self.tree.is_outer or bool(self.replaced and self.replaced.is_outer)
+
+    @property
+    def condition(self) -> t.Expression | None:
+        return self.replaced.condition if self.replaced and not self.tree.condition else self.tree.condition
+
+    @property
+    def condition_scope(self) -> Instance:
+        return self.holder if self.replaced and not self.tree.condition else self.scope
+
+    def prefix(self, name: str) -> str:
+        """The prefix `variability`, `causality` or `connection`, possibly that of a replaced declaration."""
+        own = getattr(self.tree, name)
+        return own or (getattr(self.replaced, name) if self.replaced else "")
+
+    @property
+    def variability(self) -> str:
+        """The variability of the declaration, or of the component around it if that changes less."""
+        own = self.prefix("variability")
+        around = self.parent.variability if self.parent is not None else ""
+        return min(own, around, key=_VARIABILITIES.__getitem__)
+
+    @property
+    def causality(self) -> str:
+        own = self.prefix("causality") or self.prototype.type_causality()
+        return own or (self.parent.causality if self.parent is not None else "")
+
+    @property
+    def connection(self) -> str:
+        """The prefix `flow` or `stream`."""
+        own = self.prefix("connection")
+        return own or (self.parent.connection if self.parent is not None else "")
+
+    @property
+    def is_final(self) -> bool:
+        return self.tree.is_final or bool(self.modifier and self.modifier.is_final)
+
+    def annotation(self, name: str) -> t.Expression | None:
+        return annotation(self.tree.annotation, name)
+
+    @property
+    def is_local(self) -> bool:
+        """Whether it belongs to a function."""
+        return self.holder.whole.is_function if self.parent is None else self.parent.is_local
+
+    def __repr__(self) -> str:
+        return f"<component {self.path}>"
+
+
+class Top:
+    """The top of the classes: predefined ones, those of the user's text, and libraries. `root` is the model."""
+
+    def __init__(self, libraries: Libraries) -> None:
+        self.libraries = libraries
+        self.root: Instance | None = None
+        self._found: dict[str, ClassElement | None] = {}
+        for tree in parse(_PREDEFINED).classes:
+            definition = Definition(tree, _PREDEFINED)
+            self._found[tree.name] = ClassElement(tree.name, None, None, self, lambda d=definition: d)
+        self._predefined = dict(self._found)
+
+    def predefined(self, name: str) -> ClassElement | None:
+        return self._predefined.get(name)
+
+    def find(self, name: str) -> ClassElement | None:
+        """A top class."""
+        if name not in self._found:
+            definition = self.libraries.find(name)
+            self._found[name] = None if definition is None else ClassElement(name, None, None, self, lambda: definition)
+        return self._found[name]
+
+    def find_class(self, name: t.Name, source: Source | None = None) -> ClassElement:
+        assert source is not None
+        found = self.find(name.parts[0])
+        if found is None:
+            raise source.error(name.at, f"there is no class {name}.")
+        return inside(found, name.parts, source, name.at)
+
+    def find_path(self, parts: tuple[str, ...], user: Instance, at: int) -> "ClassElement | ComponentElement":
+        """A class or constant by its full name, which `user` imports. Raises `TextError`."""
+        found: ClassElement | ComponentElement | None = self.find(parts[0])
+        if found is None:
+            raise self.unknown(parts[0], user, at, f"there is no class {'.'.join(parts)} to import", user.source)
+        for i, part in enumerate(parts[1:], 1):
+            inner = found.instance.elements.get(part) if isinstance(found, ClassElement) else None
+            if inner is None:
+                raise user.error(at, f"{'.'.join(parts[:i])} has no {part} to import.")
+            found = inner
+        return found
+
+    def unknown(self, name: str, user: Instance, at: int, message: str, source: Source) -> TextError:
+        """The error for a name that is not found, with a suggestion or the version of a library that is missing."""
+        from ..._errors import suggestion
+
+        def users() -> Iterator[Definition]:
+            here: Instance | None = user
+            while here is not None:
+                yield here.definition
+                here = here.encloser
+
+        missing = self.libraries.missing(name, users())
+        known: set[str] = set(self._predefined) | set(self.libraries.names())
+        here: Instance | None = user
+        while here is not None:
+            known |= here.elements.keys()
+            here = here.encloser
+        return source.error(at, f"{message}.{missing or suggestion(name, sorted(known))}")
+
+    def model(self, name: str, modification: t.Modification | None, source: Source) -> Instance:
+        """The instance of the model that is flattened. Raises `ModelicaError`."""
+        parts = tuple(name.split("."))
+        found = self.find(parts[0])
+        if found is None:
+            from ..._errors import suggestion
+
+            raise ModelicaError(
+                f"There is no model {name}.{suggestion(parts[0], self.libraries.names())} "
+                "Give its full name, and the folder of its library by roots=[...]."
+            )
+        element: ClassElement | ComponentElement = found
+        for i, part in enumerate(parts[1:], 1):
+            inner = element.instance.elements.get(part) if isinstance(element, ClassElement) else None
+            if inner is None:
+                known = list(element.instance.elements) if isinstance(element, ClassElement) else []
+                from ..._errors import suggestion
+
+                raise ModelicaError(f"{'.'.join(parts[:i])} has no {part}.{suggestion(part, known)}")
+            element = inner
+        if not isinstance(element, ClassElement):
+            raise ModelicaError(f"{name} is a component, not a model.")
+        wrapper = Source("<request>", "")
+        scope = Instance(
+            ClassElement("", None, None, self, lambda: Definition(_EMPTY, source or wrapper)), None, "", None
+        )
+        modifier = modifier_of(modification, scope)
+        self.root = Instance(element, merged(modifier, element.modifier), "", None)
+        return self.root
+
+
+_EMPTY = parse(Source("<request>", "model request end request;")).classes[0]
+
+
+def annotation(modification: t.Modification | None, name: str) -> t.Expression | None:
+    """The value of an annotation."""
+    for argument in modification.arguments if modification else ():
+        if isinstance(argument, t.ElementModification) and argument.name == (name,):
+            return argument.modification.value
+    return None
+
+
+def _extends_itself(element: t.Component | t.Class) -> bool:
+    return isinstance(element, t.Class) and isinstance(element.body, t.Long) and element.body.is_class_extends
+
+
+def _constraint_modifier(tree: t.Class | t.Component, scope: "Instance | Top") -> Modifier | None:
+    """The modifier of the constraint of a replaceable element, which redeclarations have, too (section 7.3.2)."""
+    if not isinstance(scope, Instance):
+        return None
+    if tree.constraint is not None:
+        return modifier_of(tree.constraint.modification, scope)
+    if isinstance(tree, t.Class) and isinstance(tree.body, t.Short):
+        return modifier_of(tree.body.modification, scope)
+    return None
+
+
+def _at(element: ClassElement | ComponentElement) -> int:
+    return element.tree.at
+
+
+def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentElement) -> bool:
+    """Whether two elements of one name are the same, as two base classes may have them."""
+    if a.tree is b.tree:
+        return True
+    if isinstance(a, ClassElement) or isinstance(b, ClassElement):
+        return isinstance(a, ClassElement) and isinstance(b, ClassElement) and _text(a) == _text(b)
+    same = a.type.definition.tree is b.type.definition.tree or a.type.path == b.type.path
+    return same and all(a.prefix(name) == b.prefix(name) for name in ("variability", "causality", "connection"))
+
+
+def _text(element: ClassElement) -> str:
+    return repr(element.tree.name)
+
+
+def _is_outside(scope: Instance, holder: Instance) -> bool:
+    """Whether a modifier comes from outside of the class and those that extend it."""
+    here: Instance | None = holder
+    while here is not None:
+        if here is scope:
+            return False
+        here = here.derived
+    return True

@@ -1,0 +1,416 @@
+"""Connections (Modelica 3.6, section 9.2): the sets that `connect` makes, and their equations."""
+
+import dataclasses
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from .._syntax import expressions as e
+from .._syntax.flat import FlatEquation, SourcePlace
+from .._translate.scope import NotKnown
+from . import references
+from . import tree as t
+from .classes import ComponentElement, Instance
+from .expandable import Expansion
+from .expressions import Expressions
+from .modifiers import Index
+from .typed import Type, accepts, indices, same_dims, type_of, written_dims
+
+if TYPE_CHECKING:
+    from .source import TextError
+    from .structure import Context
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Connector:
+    """A connector at one place. `is_outside`: it belongs to the class with the connection, not to a component there."""
+
+    component: ComponentElement
+    index: Index
+    is_outside: bool
+
+    @property
+    def instance(self) -> Instance:
+        return self.component.member(self.index)
+
+    @property
+    def path(self) -> str:
+        return self.instance.path
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class End:
+    """A variable in a connector: with a subscript if only an element of it is connected."""
+
+    name: str
+    subs: Index
+    is_outside: bool
+
+    @property
+    def ref(self) -> e.Ref:
+        return e.Ref(self.name, tuple(e.Const(i) for i in self.subs))
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Pair:
+    """A connection of two variables, of the same size."""
+
+    left: End
+    right: End
+    dims: Index
+    kind: str  # "", "flow" or "stream"
+    place: SourcePlace
+
+
+class Sets:
+    """Sets of connected things, in the order in which they were connected."""
+
+    def __init__(self) -> None:
+        self._parent: dict[End, End] = {}
+
+    def find(self, x: End) -> End:
+        parent = self._parent.setdefault(x, x)
+        while parent is not x:
+            self._parent[x] = self._parent[parent]
+            x, parent = parent, self._parent[parent]
+        return x
+
+    def join(self, a: End, b: End) -> bool:
+        """Joins two sets. Returns whether they were different."""
+        a, b = self.find(a), self.find(b)
+        self._parent[b] = a
+        return a is not b
+
+    def all(self) -> list[list[End]]:
+        found: dict[End, list[End]] = {}
+        for x in self._parent:
+            found.setdefault(self.find(x), []).append(x)
+        return list(found.values())
+
+    def __contains__(self, x: End) -> bool:
+        return x in self._parent
+
+
+class Connections:
+    """The connections of a model."""
+
+    def __init__(self, context: "Context") -> None:
+        self.context = context
+        self.pairs: list[Pair] = []
+        self.connectors: list[tuple[Connector, Connector, SourcePlace]] = []
+        self.operators: list[tuple[str, t.Call, Expressions]] = []
+        self.counts: dict[str, int] = {}
+        self.expansion = Expansion(context, self)
+        self._expandable: list[tuple[Connector, Connector, SourcePlace, Callable[[str], TextError]]] = []
+
+    # The connections in the text
+
+    def visit(self, here: Expressions, clauses: Sequence[t.Clause]) -> None:
+        """Adds the connections of the equations of a class instance."""
+        for clause in clauses:
+            self._visit(here, clause)
+
+    def _visit(self, here: Expressions, x: t.Clause) -> None:
+        from .equations import Equations, Found, _connects, _has_connections
+
+        match x:
+            case t.Connect():
+                if not here.scope.is_removed(x):
+                    self._connect(here, x)
+            case t.CallEquation() if x.call.function.names[0] == "Connections":
+                self.operators.append((x.call.function.names[-1], x.call, here))
+            case t.ForClause() if any(map(_connects, x.body)):
+                self._for(here, x.iterators, x.body)
+            case t.IfClause() if _has_connections(x) and not _reads_graph(x):
+                conditions = [here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
+                chosen = Equations(here, Found()).chosen(x, conditions)
+                if chosen is None:
+                    raise here.error(
+                        x.at, "the condition of an if-equation with connections must be a parameter with a value."
+                    )
+                self.visit(here, chosen)
+
+    def _for(self, here: Expressions, iterators: Sequence[t.Iterator], body: Sequence[t.Clause]) -> None:
+        first, *rest = iterators
+        _, values = here.iterations(first, (tuple(body),))
+        if values is None:
+            raise here.error(first.at, f"the range of {first.name} is not known.")
+        for value in values:
+            within = here.knowing({first.name: value})
+            if rest:
+                self._for(within, rest, body)
+            else:
+                self.visit(within, body)
+
+    def _connect(self, here: Expressions, x: t.Connect) -> None:
+        self.expansion.declare(here, x.left, x.right)
+        self.expansion.declare(here, x.right, x.left)
+        left, right = self.ends(here, x.left), self.ends(here, x.right)
+        if left is None or right is None:
+            return  # a component that is absent
+        place = here.scope.source.place(x.at)
+
+        def error(message: str) -> "TextError":
+            return here.error(x.at, message)
+
+        if not same_dims(left[1], right[1]):
+            raise error(f"the connectors have different sizes: {written_dims(left[1])} and {written_dims(right[1])}.")
+        pairs = list(zip(left[0], right[0], strict=True))
+        first, second = self._whole(left[0]), self._whole(right[0])
+        if first is not None and second is not None:
+            self._join_variables(first, second, place, error)
+            return
+        for a, b in pairs:
+            if isinstance(a, Connector) and isinstance(b, Connector):
+                self._join(a, b, place, error)
+            elif isinstance(a, Connector) or isinstance(b, Connector):
+                raise error("the connectors have different types.")
+            else:
+                self._join_variables(a, b, place, error)
+
+    def _whole(
+        self, ends: "Sequence[Connector | tuple[End, ComponentElement, Index]]"
+    ) -> "tuple[End, ComponentElement, Index] | None":
+        """The array whose elements are all connected, in their order."""
+        if not ends or isinstance(ends[0], Connector):
+            return None
+        end, component, _ = ends[0]
+        sizes = [n or 0 for n in self.context.sizes(component)]
+        every = list(indices(sizes))
+        if sizes and [(one[1], one[2]) for one in ends if not isinstance(one, Connector)] == [
+            (component, index) for index in every
+        ]:
+            return dataclasses.replace(end, subs=()), component, ()
+        return None
+
+    def ends(
+        self, here: Expressions, x: t.Expression
+    ) -> tuple[list[Connector] | list[tuple[End, ComponentElement, Index]], Index] | None:
+        """The connectors that one side of a connection names, and their number. None if they are absent."""
+        if not isinstance(x, t.Reference):
+            raise here.error(x.at, "`connect` needs connectors.")
+        found = references.find(here, x)
+        if not isinstance(found, references.Chain):
+            raise here.error(x.at, f"{x} is no connector.")
+        first = found.components[0]
+        if first.is_outer:
+            first = self.context.inner(first, here.scope, x.at)
+        self._check(here, x, found)
+        is_outside = _is_connector(first) and first.holder.whole is here.scope.whole
+        members: list[tuple[ComponentElement, Index]] = []
+        dims: list[int] = []
+        holders = [here.scope.whole]
+        for i, (component, part) in enumerate(zip(found.components, found.parts, strict=True)):
+            here_members: list[tuple[ComponentElement, Index]] = []
+            sizes_found: list[int] = []
+            for holder in holders:
+                own = component if i == 0 else holder.elements[component.name]
+                assert isinstance(own, ComponentElement)
+                if own.is_outer:
+                    own = self.context.inner(own, here.scope, x.at)
+                if not self.context.is_present(own):
+                    return None
+                sizes_found = []
+                here_members += [(own, index) for index in self._members(here, own, part, sizes_found)]
+            dims += sizes_found
+            members = here_members
+            holders = [component.member(index) for component, index in members]
+        if _is_variable(found.last):
+            return [(End(c.path, index, is_outside), c, index) for c, index in members], tuple(dims)
+        return [Connector(c, index, is_outside) for c, index in members], tuple(dims)
+
+    def _check(self, here: Expressions, x: t.Reference, found: references.Chain) -> None:
+        around = [one.prototype.kind for one in found.components[:-1]]
+        if not _is_connector(found.last) and "expandable connector" not in around:
+            raise here.error(x.at, f"{x} is a {found.last.prototype.kind}, not a connector.")
+
+    def _members(
+        self, here: Expressions, component: ComponentElement, part: t.Part, dims: list[int]
+    ) -> Iterator[Index]:
+        """The indices that the subscripts of a part choose."""
+        sizes = [n or 0 for n in self.context.sizes(component)]
+        subs, rest = here.subscripts(part, tuple(sizes), e.Ref(component.path))
+        dims += [n or 0 for n in rest]
+        chosen: list[list[int]] = []
+        for sub, size in zip((*subs, *[e.Colon()] * (len(sizes) - len(subs))), sizes, strict=True):
+            if isinstance(sub, e.Colon):
+                chosen.append(list(range(1, size + 1)))
+                continue
+            try:
+                value = self.context.value(sub)
+            except NotKnown:
+                raise here.error(part.at, "a subscript in a connection must be known.") from None
+            chosen.append([int(i) for i in value] if hasattr(value, "__len__") else [int(value)])
+        found: list[Index] = [()]
+        for items in chosen:
+            found = [(*index, i) for index in found for i in items]
+        yield from found
+
+    # Pairs of variables
+
+    def complete(self) -> None:
+        """Adds the connections of expandable connectors, which then have the same elements."""
+        self.expansion.complete([(a, b) for a, b, _, _ in self._expandable])
+        expandable, self._expandable = self._expandable, []
+        for a, b, place, error in expandable:
+            self._join_all(a, b, place, error)
+
+    def _join(self, a: Connector, b: Connector, place: SourcePlace, error: Callable[[str], "TextError"]) -> None:
+        kinds = {one.instance.kind == "expandable connector" for one in (a, b)}
+        if len(kinds) > 1:
+            raise error(f"only one of {a.path} and {b.path} is expandable.")
+        if kinds == {True}:
+            self._expandable.append((a, b, place, error))
+        else:
+            self._join_all(a, b, place, error)
+
+    def _join_all(self, a: Connector, b: Connector, place: SourcePlace, error: Callable[[str], "TextError"]) -> None:
+        self.connectors.append((a, b, place))
+        for one in (a, b):
+            self.counts[one.path] = self.counts.get(one.path, 0) + 1
+        own = {one.name: one for one in a.instance.components()}
+        other = {one.name: one for one in b.instance.components()}
+        if own.keys() != other.keys():
+            differing = sorted(own.keys() ^ other.keys())
+            raise error(f"the connectors {a.path} and {b.path} do not match: only one has {differing[0]}.")
+        for name, left in own.items():
+            right = other[name]
+            if not self.context.is_present(left) or not self.context.is_present(right):
+                continue
+            if left.connection != right.connection:
+                raise error(
+                    f"{left.path} and {right.path} do not match: only one is {left.connection or right.connection}."
+                )
+            sizes, others = self.context.sizes(left), self.context.sizes(right)
+            if not same_dims(sizes, others):
+                raise error(f"{left.path} and {right.path} have different sizes.")
+            if _is_variable(left) and _is_variable(right):
+                self._join_variables(
+                    (End(left.path, (), a.is_outside), left, ()),
+                    (End(right.path, (), b.is_outside), right, ()),
+                    place,
+                    error,
+                )
+                continue
+            if _is_variable(left) or _is_variable(right):
+                raise error(f"{left.path} and {right.path} have different types.")
+            for index in indices([n or 0 for n in sizes]):
+                self._join_all(
+                    Connector(left, index, a.is_outside), Connector(right, index, b.is_outside), place, error
+                )
+
+    def _join_variables(
+        self,
+        a: tuple[End, ComponentElement, Index],
+        b: tuple[End, ComponentElement, Index],
+        place: SourcePlace,
+        error: Callable[[str], "TextError"],
+    ) -> None:
+        (left, own, i), (right, other, j) = a, b
+        kind, wanted = type_of(own.prototype), type_of(other.prototype)
+        if not _fit(kind, wanted):
+            raise error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
+        if own.connection != other.connection:
+            raise error(f"{left.name} and {right.name} do not match: only one is {own.connection or other.connection}.")
+        dims = [n or 0 for n in self.context.sizes(own)][len(i) :]
+        others = [n or 0 for n in self.context.sizes(other)][len(j) :]
+        if dims != others:
+            raise error(f"{left.name} and {right.name} have different sizes.")
+        for one in (own, other):
+            self.context.register(one)
+            path = f"{one.path}"
+            self.counts[path] = self.counts.get(path, 0) + 1
+        self.pairs.append(Pair(left, right, tuple(dims), own.connection, place))
+
+    def split(self, is_broken: Callable[[Pair], bool] = lambda pair: False) -> list[Pair]:
+        """The pairs, except broken ones. An array of which an element is connected alone is split into elements."""
+        single = {end.name for pair in self.pairs for end in (pair.left, pair.right) if end.subs}
+        changed = True
+        while changed:
+            changed = False
+            for pair in self.pairs:
+                names = {pair.left.name, pair.right.name}
+                if pair.dims and names & single and not names <= single:
+                    single |= names
+                    changed = True
+        found: list[Pair] = []
+        for pair in self.pairs:
+            if is_broken(pair):
+                continue
+            if pair.dims and (pair.left.name in single or pair.kind):
+                for index in indices(pair.dims):
+                    left = dataclasses.replace(pair.left, subs=(*pair.left.subs, *index))
+                    right = dataclasses.replace(pair.right, subs=(*pair.right.subs, *index))
+                    found.append(dataclasses.replace(pair, left=left, right=right, dims=()))
+            elif 0 not in pair.dims:
+                found.append(pair)
+        return found
+
+
+def equations(
+    connections: Connections,
+    flows: Sequence[tuple[str, Index, SourcePlace]],
+    is_broken: Callable[[Pair], bool],
+) -> Iterator[FlatEquation]:
+    """The equations of the connections. `flows` are the names and sizes of all flow variables of connectors."""
+    potentials, sums = Sets(), Sets()
+    places: dict[End, SourcePlace] = {}
+    for pair in connections.split(is_broken):
+        places.setdefault(pair.left, pair.place)
+        places.setdefault(pair.right, pair.place)
+        if pair.kind == "flow":
+            sums.join(pair.left, pair.right)
+        elif pair.kind == "":
+            potentials.join(pair.left, pair.right)
+    for members in potentials.all():
+        first = members[0]
+        for other in members[1:]:
+            if other.ref != first.ref:
+                component = connections.context.find(first.name)
+                if component is None or component.variability not in ("constant", "parameter"):
+                    yield FlatEquation(e.Binary("Sub", first.ref, other.ref), "", "connection", places[other])
+    for members in sums.all():
+        total: e.Expression | None = None
+        for one in members:
+            term = e.Unary("Minus", one.ref) if one.is_outside else one.ref
+            total = term if total is None else e.Binary("Add", total, term)
+        assert total is not None
+        yield FlatEquation(total, "", "flows", places[members[0]])
+    for name, dims, place in flows:
+        inside = [End(name, index, False) for index in indices(dims)]
+        open_ones = [one for one in inside if one not in sums]
+        if len(open_ones) == len(inside) and dims:
+            yield FlatEquation(e.Ref(name), "", "open flow", place)
+        else:
+            for one in open_ones:
+                yield FlatEquation(one.ref, "", "open flow", place)
+
+
+def _fit(a: Type, b: Type) -> bool:
+    return a.name == b.name and accepts(a, b)
+
+
+def _is_connector(component: ComponentElement) -> bool:
+    return component.prototype.kind in ("connector", "expandable connector")
+
+
+def _is_variable(component: ComponentElement) -> bool:
+    return type_of(component.prototype).name in (
+        "Real",
+        "Integer",
+        "Boolean",
+        "String",
+        "enumeration",
+        "Clock",
+        "object",
+    )
+
+
+def _reads_graph(x: t.IfClause) -> bool:
+    return any(_reads(condition) for condition, _ in x.branches)
+
+
+def _reads(x: object) -> bool:
+    if isinstance(x, t.Call) and x.function.names[-1] in ("isRoot", "rooted", "cardinality"):
+        return True
+    fields = getattr(type(x), "__dataclass_fields__", ())
+    return any(_reads(getattr(x, name)) for name in fields) or (isinstance(x, tuple) and any(map(_reads, x)))

@@ -1,0 +1,414 @@
+"""Equations (Modelica 3.6, chapter 8)."""
+
+import dataclasses
+from collections.abc import Iterator, Sequence
+
+from .._syntax import expressions as e
+from .._syntax.flat import FlatEquation, SourcePlace
+from .._translate.scope import NotKnown
+from . import tree as t
+from .algorithms import Statements, assertion, when_condition
+from .calls import converted_to
+from .expressions import Expressions
+from .typed import (
+    CONSTANT,
+    PARAMETER,
+    REAL,
+    Dims,
+    Type,
+    Typed,
+    accepts,
+    element,
+    field,
+    indices,
+    joined_dims,
+    same_dims,
+    type_of,
+    written_dims,
+)
+
+CONNECTION_OPERATORS = ("branch", "root", "potentialRoot", "uniqueRoot", "uniqueRootIndices")
+
+
+@dataclasses.dataclass
+class Found:
+    """The equations of a section, of the whole model, or of a branch."""
+
+    equations: list[FlatEquation] = dataclasses.field(default_factory=list)
+    asserts: list[e.Assert] = dataclasses.field(default_factory=list)
+    whens: list[e.WhenClause] = dataclasses.field(default_factory=list)
+    sizes: list[Dims] = dataclasses.field(default_factory=list)  # of the equations
+
+    def add(self, equation: FlatEquation, dims: Dims) -> None:
+        self.equations.append(equation)
+        self.sizes.append(dims)
+
+    def scalars(self) -> "Found":
+        """The same equations, each element of an array by itself."""
+        found = Found([], self.asserts, self.whens)
+        for equation, dims in zip(self.equations, self.sizes, strict=True):
+            if not dims or None in dims:
+                found.add(equation, dims)
+                continue
+            for index in indices([n or 0 for n in dims]):
+                residual = _element_of(equation.residual, [e.Const(i) for i in index])
+                found.add(dataclasses.replace(equation, residual=residual), ())
+        return found
+
+
+class Equations:
+    """Makes the equations of a class instance, except connections (`connections.py`)."""
+
+    def __init__(self, here: Expressions, found: Found) -> None:
+        self.here = here
+        self.found = found
+
+    def all(self, clauses: Sequence[t.Clause]) -> None:
+        for clause in clauses:
+            self.one(clause)
+
+    def one(self, x: t.Clause) -> None:
+        """Adds the equations of a clause. Raises `TextError`."""
+        match x:
+            case t.Equality():
+                self._equality(x)
+            case t.ForClause():
+                self._for(x.iterators, x.body)
+            case t.IfClause():
+                self._if(x)
+            case t.WhenClause():
+                self._when(x)
+            case t.CallEquation():
+                self._call(x.call)
+            case t.Connect():
+                return
+            case _:
+                raise self.here.error(x.at, "a statement is not allowed in an equation section.")
+
+    def _place(self, at: int) -> SourcePlace:
+        return self.here.scope.source.place(at)
+
+    def _add(self, left: e.Expression, right: e.Expression, at: int, dims: Dims = ()) -> None:
+        residual = e.Binary("Sub", left, right)
+        self.found.add(FlatEquation(residual, self.here.scope.path, "component", self._place(at)), dims)
+
+    def _equality(self, x: t.Equality) -> None:
+        here = self.here
+        left, right = here.typed(x.left), here.typed(x.right)
+        if isinstance(x.left, t.Tuple):
+            self._several(x, left, right)
+            return
+        left, right = here.single(x.left), here.single(x.right)
+        if not accepts(left.type, right.type) and not accepts(right.type, left.type):
+            left, right = self._converted(x, left, right)
+        if not same_dims(left.dims, right.dims):
+            raise here.error(
+                x.at,
+                f"the sides of the equation have different sizes: {written_dims(left.dims)} and "
+                f"{written_dims(right.dims)}.",
+            )
+        self.check_type(x.at, left.type)
+        if left.type.name == "record":
+            self._records(left, right, x.at)
+        elif 0 not in left.dims:
+            self._add(left.x, right.x, x.at, joined_dims(left.dims, right.dims))
+
+    def check_type(self, at: int, kind: Type) -> None:
+        if kind.name not in ("Real", "Integer", "Boolean", "String", "enumeration", "record", "Clock", "any"):
+            raise self.here.error(at, f"an equation cannot have sides of type {kind}.")
+
+    def _converted(self, x: t.Equality, left: Typed, right: Typed) -> tuple[Typed, Typed]:
+        changed = converted_to(self.here, left.type, right, x.at)
+        if changed is not None:
+            return left, changed
+        changed = converted_to(self.here, right.type, left, x.at)
+        if changed is not None:
+            return changed, right
+        raise self.here.error(x.at, f"the sides of the equation have different types: {left.type} and {right.type}.")
+
+    def _records(self, left: Typed, right: Typed, at: int) -> None:
+        """The equations of the fields, if both sides are variables or written out."""
+        if not (_is_written(left.x) and _is_written(right.x)) or None in left.dims:
+            self._add(left.x, right.x, at)
+            return
+        for a, b in zip(self._elements(left), self._elements(right), strict=True):
+            for one, other in zip(self._fields(a), self._fields(b), strict=True):
+                if one.type.name == "record":
+                    self._records(one, other, at)
+                elif 0 not in one.dims:
+                    self._add(one.x, other.x, at, one.dims)
+
+    def _elements(self, x: Typed) -> Iterator[Typed]:
+        if not x.dims:
+            yield x
+        elif isinstance(x.x, e.ArrayOf):
+            for item in x.x.elements:
+                yield from self._elements(x._replace(x=item, dims=x.dims[1:]))
+
+    def _fields(self, x: Typed) -> list[Typed]:
+        instance = x.type.instance
+        assert instance is not None
+        names = [one.name for one in instance.components()]
+        found = []
+        for one in sorted(instance.components(), key=lambda one: one.name):
+            kind = type_of(one.prototype)
+            found.append(Typed(field(x.x, one.name, names), kind, self.here.context.sizes(one), x.variability))
+        return found
+
+    def _several(self, x: t.Equality, left: Typed, right: Typed) -> None:
+        here = self.here
+        if not isinstance(x.right, t.Call) or len(left.results) > max(1, len(right.results)):
+            raise here.error(x.at, f"the left side has {len(left.results)} variables for {len(right.results)} results.")
+        for one, other in zip(left.results, right.results, strict=False):
+            if not accepts(one.type, other.type) or (one.type.name != "any" and not same_dims(one.dims, other.dims)):
+                raise here.error(x.at, f"a result of type {other.type} is assigned to a variable of type {one.type}.")
+        self._add(left.x, right.x, x.at)
+
+    def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> None:
+        first, *rest = iterators
+        _, values = self.here.iterations(first, (tuple(clauses),))
+        if values is None:
+            raise self.here.error(first.at, f"the range of {first.name} is not known.")
+        for value in values:
+            within = Equations(self.here.knowing({first.name: value}), self.found)
+            if rest:
+                within._for(rest, clauses)
+            else:
+                within.all(clauses)
+
+    def _if(self, x: t.IfClause) -> None:
+        conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
+        chosen = self.chosen(x, conditions)
+        if chosen is not None:
+            self.all(chosen)
+            return
+        bodies = [self._branch(body) for _, body in x.branches]
+        otherwise = self._branch(x.otherwise)
+        if len({len(body.equations) for body in (*bodies, otherwise)}) > 1:
+            chosen = self.chosen(x, conditions, is_free=True)
+            if chosen is not None:
+                self.all(chosen)
+                return
+            bodies, otherwise = [body.scalars() for body in bodies], otherwise.scalars()
+        self._asserts(conditions, [*bodies, otherwise])
+        if any(body.whens for body in (*bodies, otherwise)):
+            raise self.here.error(x.at, "`when` is not allowed in an if-equation whose condition varies.")
+        counts = {len(body.equations) for body in (*bodies, otherwise)}
+        if counts == {0}:
+            return
+        if len(counts) > 1:
+            raise self.here.error(
+                x.at, f"the branches of the if-equation have different numbers of equations: {sorted(counts)}."
+            )
+        for i, last in enumerate(otherwise.equations):
+            branches = tuple((c.x, body.equations[i].residual) for c, body in zip(conditions, bodies, strict=True))
+            residual = e.If(branches, last.residual)
+            equation = FlatEquation(residual, self.here.scope.path, "component", self._place(x.at))
+            self.found.add(equation, otherwise.sizes[i])
+
+    def chosen(self, x: t.IfClause, conditions: Sequence[Typed], *, is_free: bool = False) -> Sequence[t.Clause] | None:
+        """The branch that parameters choose. Real parameters choose only if the branches differ in their kind
+        (`is_free`), so that equations can be differentiated for them.
+        """
+        is_free = is_free or _has_connections(x) or not _are_alike(x)
+        for condition, (_, body) in zip(conditions, x.branches, strict=True):
+            if condition.variability > PARAMETER:
+                return None
+            if condition.variability > CONSTANT and not is_free and self._reads_real(condition.x):
+                return None
+            try:
+                truth = self.here.context.value(condition.x)
+            except NotKnown:
+                return None
+            self.here.context.select(condition.x)
+            if truth:
+                return body
+        return x.otherwise
+
+    def _reads_real(self, x: e.Expression) -> bool:
+        from .._translate.known import names_in
+
+        for name in names_in(x):
+            component = self.here.context.find(name)
+            if component is None or component.variability != "parameter":
+                continue
+            if type_of(component.prototype) == REAL:
+                return True
+        return False
+
+    def _branch(self, clauses: Sequence[t.Clause]) -> Found:
+        found = Found()
+        Equations(self.here, found).all(clauses)
+        return found
+
+    def _asserts(self, conditions: Sequence[Typed], bodies: Sequence[Found]) -> None:
+        """Assertions in branches, which hold only where their branch is chosen."""
+        before: list[e.Expression] = []
+        for i, body in enumerate(bodies):
+            excused = [*before, e.Unary("Not", conditions[i].x)] if i < len(conditions) else before
+            for one in body.asserts:
+                condition = one.condition
+                for excuse in excused:
+                    condition = e.Binary("Or", excuse, condition)
+                self.found.asserts.append(dataclasses.replace(one, condition=condition))
+            if i < len(conditions):
+                before.append(conditions[i].x)
+
+    def _call(self, call: t.Call) -> None:
+        name = call.function.names
+        if name == ("assert",):
+            self.found.asserts.append(assertion(self.here, call))
+            return
+        if name[0] == "Connections" and name[-1] in CONNECTION_OPERATORS:
+            return
+        if name == ("terminate",) or name == ("reinit",):
+            raise self.here.error(call.at, f"`{name[0]}` is allowed in when-clauses only.")
+        found = self.here.typed(call)
+        if not isinstance(found.x, e.FunctionCall):
+            raise self.here.error(call.at, f"{call.function} is no equation.")
+        self._add(e.TupleOf(()), found.x, call.at)
+
+    def _when(self, x: t.WhenClause) -> None:
+        blocks: list[tuple[e.Expression, e.Body]] = []
+        for condition, body in x.branches:
+            inner = _WhenBody(self.here)
+            statements = tuple(item for clause in body for item in inner.statements(clause))
+            blocks.append((when_condition(self.here, condition), statements))
+        self.found.whens.append(e.WhenClause(tuple(blocks)))
+
+
+class _WhenBody:
+    """The equations of a when-clause, as statements."""
+
+    def __init__(self, here: Expressions) -> None:
+        self.here = here
+
+    def statements(self, x: t.Clause) -> tuple[e.Statement, ...]:
+        match x:
+            case t.Equality():
+                return self._equality(x)
+            case t.CallEquation():
+                return (Statements(self.here, in_when=True).call(x.call),)
+            case t.IfClause():
+                return self._if(x)
+            case t.ForClause():
+                return self._for(x.iterators, x.body)
+            case t.WhenClause():
+                raise self.here.error(x.at, "`when` is not allowed in `when`.")
+            case t.Connect():
+                raise self.here.error(x.at, "`connect` is not allowed in `when`.")
+        raise self.here.error(x.at, "a statement is not allowed in an equation section.")
+
+    def _equality(self, x: t.Equality) -> tuple[e.Statement, ...]:
+        statements = Statements(self.here, in_when=True)
+        value = self.here.typed(x.right)
+        if isinstance(x.left, t.Tuple):
+            return statements.statement(t.Assignment(x.left, x.right, x.at))
+        if isinstance(x.left, t.Reference):
+            return self._assigned(x.left, x, statements)
+        raise self.here.error(x.at, f"the left side of an equation in `when` must be a variable, not {value.type}.")
+
+    def _assigned(self, left: t.Reference, x: t.Equality, statements: Statements) -> tuple[e.Statement, ...]:
+        wanted = self.here.typed(left)
+        if isinstance(wanted.x, e.Ref):
+            return statements.statement(t.Assignment(left, x.right, x.at))
+        value = self.here.single(x.right)
+        if not accepts(wanted.type, value.type) or not same_dims(wanted.dims, value.dims):
+            raise self.here.error(x.at, "the sides of the equation have different types or sizes.")
+        return tuple(self._parts(wanted.x, value.x, x))
+
+    def _parts(self, left: e.Expression, right: e.Expression, x: t.Equality) -> Iterator[e.Statement]:
+        from .typed import element
+
+        if isinstance(left, e.ArrayOf):
+            for i, item in enumerate(left.elements):
+                yield from self._parts(item, element(right, [e.Const(i + 1)]), x)
+        elif isinstance(left, e.Ref):
+            yield e.Assign((e.Target(left.name, left.subs),), right)
+        else:
+            raise self.here.error(x.at, "the left side of an equation in `when` must be a variable.")
+
+    def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
+        conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
+        chosen = Equations(self.here, Found()).chosen(x, conditions)
+        if chosen is not None:
+            return self._body(chosen)
+        blocks = tuple((c.x, self._body(body)) for c, (_, body) in zip(conditions, x.branches, strict=True))
+        return (e.IfStatement(blocks, self._body(x.otherwise)),)
+
+    def _body(self, clauses: Sequence[t.Clause]) -> e.Body:
+        return tuple(item for clause in clauses for item in self.statements(clause))
+
+    def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> tuple[e.Statement, ...]:
+        first, *rest = iterators
+        _, values = self.here.iterations(first, (tuple(clauses),))
+        if values is None:
+            raise self.here.error(first.at, f"the range of {first.name} is not known.")
+        found: list[e.Statement] = []
+        for value in values:
+            within = _WhenBody(self.here.knowing({first.name: value}))
+            found += within._for(rest, clauses) if rest else within._body(clauses)
+        return tuple(found)
+
+
+def _element_of(residual: e.Expression, index: Sequence[e.Expression]) -> e.Expression:
+    """The equation of one element of an array."""
+    match residual:
+        case e.Binary("Sub", left, right):
+            return e.Binary("Sub", element(left, index), element(right, index))
+        case e.If(branches, otherwise):
+            inner = tuple((condition, _element_of(branch, index)) for condition, branch in branches)
+            return e.If(inner, _element_of(otherwise, index))
+    return element(residual, index)
+
+
+def _is_written(x: e.Expression) -> bool:
+    """Whether the fields of a record are names or written out."""
+    match x:
+        case e.Ref(_, ()):
+            return True
+        case e.FunctionCall(_, _, True):
+            return True
+        case e.ArrayOf(elements, "array"):
+            return all(map(_is_written, elements))
+    return False
+
+
+def _has_connections(x: t.IfClause) -> bool:
+    return any(_connects(clause) for _, body in x.branches for clause in body) or any(map(_connects, x.otherwise))
+
+
+def _connects(x: t.Clause) -> bool:
+    match x:
+        case t.Connect() | t.WhenClause():
+            return True
+        case t.CallEquation():
+            return x.call.function.names[0] == "Connections"
+        case t.IfClause():
+            return _has_connections(x)
+        case t.ForClause():
+            return any(map(_connects, x.body))
+    return False
+
+
+def _are_alike(x: t.IfClause) -> bool:
+    """Whether all branches have as many equations in the text, so that none must be chosen."""
+    counts = {_count(body) for _, body in x.branches} | {_count(x.otherwise)}
+    return len(counts) == 1 and None not in counts
+
+
+def _count(clauses: Sequence[t.Clause]) -> int | None:
+    total = 0
+    for clause in clauses:
+        if isinstance(clause, t.ForClause):
+            return None
+        if isinstance(clause, t.Equality) or (
+            isinstance(clause, t.CallEquation) and clause.call.function.names not in (("assert",), ("terminate",))
+        ):
+            total += 1
+        elif isinstance(clause, t.IfClause):
+            inner = _count(clause.branches[0][1])
+            if inner is None:
+                return None
+            total += inner
+    return total

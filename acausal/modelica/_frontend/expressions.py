@@ -1,0 +1,508 @@
+"""Expressions (Modelica 3.6, chapters 3 and 10): from the tree to the flat model, with types and sizes."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .._syntax import expressions as e
+from .._translate.scope import NotKnown
+from . import builtins, calls, operator_records, references
+from . import tree as t
+from .classes import ClassElement, Instance
+from .operators import binary, unary
+from .source import TextError
+from .typed import (
+    ANY,
+    BOOLEAN,
+    CONSTANT,
+    INTEGER,
+    NONE,
+    PARAMETER,
+    REAL,
+    Dims,
+    Typed,
+    common,
+    constant,
+    element,
+    joined_dims,
+    same_dims,
+    type_of,
+    written_dims,
+)  # fmt: skip
+
+if TYPE_CHECKING:
+    from .structure import Context
+
+_TIME = Typed(e.Ref("time"), REAL)
+
+
+class Expressions:
+    """Makes expressions in a class instance. `names` are the values of iterators, and of the inputs of a function
+    where its expressions are evaluated outside of it.
+    """
+
+    def __init__(self, context: "Context", scope: Instance, names: Mapping[str, Typed] | None = None) -> None:
+        self.context = context
+        self.scope = scope
+        self.names = dict(names or {})
+        self.at = 0
+        self._ends: list[Typed | None] = []
+
+    def error(self, at: int, message: str) -> TextError:
+        return self.scope.source.error(at, message)
+
+    def inside(self, scope: Instance) -> "Expressions":
+        found = Expressions(self.context, scope, self.names)
+        found.at = self.at
+        return found
+
+    def knowing(self, names: Mapping[str, Typed]) -> "Expressions":
+        """With further iterators."""
+        found = Expressions(self.context, self.scope, {**self.names, **names})
+        found._ends = self._ends
+        return found
+
+    def expression(self, x: t.Expression) -> e.Expression:
+        return self.typed(x).x
+
+    def typed(self, x: t.Expression) -> Typed:
+        """The expression in the flat model. Raises `TextError`."""
+        return _BY_CLASS[type(x)](self, x)
+
+    def single(self, x: t.Expression) -> Typed:
+        """An expression of which the first result is used, if it is a call of a function with several."""
+        found = self.typed(x)
+        if found.type == NONE:
+            raise self.error(x.at, "this call has no value.")
+        if found.type.name in ("function", "class"):
+            raise self.error(x.at, "a class or function is no value.")
+        return found
+
+    def boolean(self, x: t.Expression, what: str) -> Typed:
+        """A Boolean scalar."""
+        found = self.single(x)
+        if found.type != BOOLEAN or found.dims:
+            raise self.error(x.at, f"{what} must be a Boolean scalar, not of type {found.type}.")
+        return found
+
+    def known(self, x: t.Expression, what: str) -> Any:
+        """The value of an expression that must be known when the model is flattened."""
+        found = self.single(x)
+        try:
+            return self.context.value(found.x)
+        except NotKnown as missing:
+            raise self.error(x.at, f"{what} needs a value that is not known: {missing}.") from None
+
+    # References and subscripts
+
+    def reference(self, ref: t.Reference) -> Typed:
+        self.at = ref.at
+        first = ref.parts[0]
+        if not ref.is_global and first.name in self.names:
+            return self._iterator(ref)
+        if first.name == "time" and not ref.is_global and self.scope.find("time") is None:
+            if len(ref.parts) > 1 or first.subs:
+                raise self.error(ref.at, "`time` is a scalar.")
+            return _TIME
+        found = references.find(self, ref)
+        if isinstance(found, Typed):
+            return found
+        if isinstance(found, ClassElement):
+            return Typed(e.Ref(found.path), type_of(found.instance), (), CONSTANT)
+        return references.typed(self, found, ref.at)
+
+    def _iterator(self, ref: t.Reference) -> Typed:
+        found = self.names[ref.parts[0].name]
+        for i, part in enumerate(ref.parts):
+            if i:
+                found = references.with_field(self, found, part.name, part.at)
+            if part.subs:
+                subs, rest = self.subscripts(part, found.dims, found.x)
+                found = found._replace(x=element(found.x, subs), dims=tuple(rest))
+        return found
+
+    def subscripts(
+        self, part: t.Part, dims: Dims, base: e.Expression
+    ) -> tuple[tuple[e.Expression, ...], list[int | None]]:
+        """The subscripts of an array of some size, and the size of the result. Known ones are numbers."""
+        if len(part.subs) > len(dims):
+            raise self.error(part.at, f"{part.name} has {len(dims)} dimensions, but {len(part.subs)} subscripts.")
+        found: list[e.Expression] = []
+        rest: list[int | None] = []
+        for i, (sub, size) in enumerate(zip(part.subs, dims, strict=False)):
+            if isinstance(sub, t.Whole):
+                found.append(e.Colon())
+                rest.append(size)
+                continue
+            value = self._subscript(sub, size, base, i + 1)
+            self._check_bounds(value.x, size, sub.at)
+            found.append(value.x)
+            rest += value.dims
+        return tuple(found), [*rest, *dims[len(part.subs) :]]
+
+    def _subscript(self, sub: t.Expression, size: int | None, base: e.Expression, dimension: int) -> Typed:
+        end = constant(size) if size is not None else Typed(
+            e.Builtin("Size", (base, e.Const(dimension))), INTEGER)  # fmt: skip
+        self._ends.append(end)
+        try:
+            value = self.single(sub)
+        finally:
+            self._ends.pop()
+        if len(value.dims) > 1 or value.type.name not in ("Integer", "Boolean", "enumeration", "any"):
+            raise self.error(sub.at, f"a subscript must be an Integer or a vector of them, not of type {value.type}.")
+        if value.variability <= PARAMETER and not isinstance(value.x, e.Const):
+            value = self._evaluated(value)
+        if value.type == BOOLEAN and not isinstance(value.x, e.Const):
+            value = value._replace(x=e.If(((value.x, e.Const(2)),), e.Const(1)))
+        elif value.type == BOOLEAN and isinstance(value.x, e.Const):
+            value = value._replace(x=e.Const(1 + int(bool(value.x.value))))
+        return value
+
+    def _evaluated(self, value: Typed) -> Typed:
+        """A subscript as a number, if it is known."""
+        try:
+            number = self.context.value(value.x)
+        except NotKnown:
+            return value
+        if value.dims:
+            items = tuple(e.Const(int(i)) for i in number)
+            return value._replace(x=e.ArrayOf(items, "array"), dims=(len(items),))
+        self.context.select(value.x)
+        return value._replace(x=e.Const(bool(number) if value.type == BOOLEAN else int(number)))
+
+    def _check_bounds(self, x: e.Expression, size: int | None, at: int) -> None:
+        for item in x.elements if isinstance(x, e.ArrayOf) else (x,):
+            if isinstance(item, e.Const) and size is not None and not 1 <= int(item.value) <= size:
+                raise self.error(at, f"the subscript {item.value} is out of bounds: the size is {size}.")
+
+    def end(self, x: t.End) -> Typed:
+        if not self._ends or self._ends[-1] is None:
+            raise self.error(x.at, "`end` is allowed in subscripts only.")
+        return self._ends[-1]
+
+    # Operators
+
+    def _unary(self, x: t.Unary) -> Typed:
+        arg = self.single(x.arg)
+        if arg.type.name == "record":
+            return operator_records.unary(self, x, arg)
+        return unary(x.op, arg, lambda message: self.error(x.at, message))
+
+    def _binary(self, x: t.Binary) -> Typed:
+        left, right = self.single(x.left), self.single(x.right)
+        if "record" in (left.type.name, right.type.name):
+            return operator_records.binary(self, x, left, right)
+        found = binary(x.op, left, right, lambda message: self.error(x.at, message))
+        if x.op == "*" and (_is_actual_stream(x.left) or _is_actual_stream(x.right)):
+            # The product with the flow has no discontinuity where the flow reverses (section 15.3).
+            return found._replace(x=e.Builtin("Smooth", (e.Const(0), found.x)))
+        return found
+
+    def _if(self, x: t.IfExpression) -> Typed:
+        conditions = [self.boolean(condition, "the condition of an if-expression") for condition, _ in x.branches]
+        if all(condition.variability == CONSTANT for condition in conditions):
+            chosen = self._chosen(x, conditions)
+            if chosen is not None:
+                return self.single(chosen)
+        try:
+            return self._alternatives(x, conditions)
+        except TextError:
+            # A branch that parameters exclude may name components that are absent, or have another size.
+            chosen = self._chosen(x, conditions)
+            if chosen is None:
+                raise
+            for condition in conditions:
+                self.context.select(condition.x)
+            return self.single(chosen)
+
+    def _chosen(self, x: t.IfExpression, conditions: Sequence[Typed]) -> t.Expression | None:
+        """The branch that the conditions choose, if they are known."""
+        for condition, (_, value) in zip(conditions, x.branches, strict=True):
+            if condition.variability > PARAMETER:
+                return None
+            try:
+                if self.context.value(condition.x):
+                    return value
+            except NotKnown:
+                return None
+        return x.otherwise
+
+    def _alternatives(self, x: t.IfExpression, conditions: Sequence[Typed]) -> Typed:
+        values = [self.single(value) for _, value in x.branches]
+        otherwise = self.single(x.otherwise)
+        kind, dims = otherwise.type, otherwise.dims
+        for value, (_, text) in zip(values, x.branches, strict=True):
+            both = common(kind, value.type)
+            if both is None:
+                raise self.error(text.at, f"the branches have different types: {value.type} and {kind}.")
+            kind = both
+            if not same_dims(value.dims, dims) and self.scope.whole.is_function and len(value.dims) == len(dims):
+                dims = tuple(a if a == b else None for a, b in zip(value.dims, dims, strict=True))
+            elif not same_dims(value.dims, dims):
+                raise self.error(
+                    text.at, f"the branches have different sizes: {written_dims(value.dims)} and {written_dims(dims)}."
+                )
+            else:
+                dims = joined_dims(dims, value.dims)
+        variability = max(one.variability for one in (*conditions, *values, otherwise))
+        branches = tuple((c.x, v.x) for c, v in zip(conditions, values, strict=True))
+        return Typed(e.If(branches, otherwise.x), kind, dims, variability)
+
+    def _array(self, x: t.Array) -> Typed:
+        if not x.elements:
+            return Typed(e.ArrayOf((), "array"), ANY, (0,), CONSTANT)
+        return self.array([(self.single(item), item.at) for item in x.elements])
+
+    def array(self, items: Sequence[tuple[Typed, int]]) -> Typed:
+        """An array constructor of elements of one type and size."""
+        first = items[0][0]
+        kind, dims = first.type, first.dims
+        for item, at in items[1:]:
+            both = common(kind, item.type)
+            if both is None:
+                raise self.error(at, f"the elements of the array have different types: {kind} and {item.type}.")
+            kind = both
+            if not same_dims(dims, item.dims):
+                raise self.error(
+                    at, f"the elements have different sizes: {written_dims(dims)} and {written_dims(item.dims)}."
+                )
+            dims = joined_dims(dims, item.dims)
+        variability = max(item.variability for item, _ in items)
+        return Typed(e.ArrayOf(tuple(item.x for item, _ in items), "array"), kind, (len(items), *dims), variability)
+
+    def _matrix(self, x: t.Matrix) -> Typed:
+        if len(x.rows) == 1 and len(x.rows[0]) == 1:
+            only = self.single(x.rows[0][0])
+            if len(only.dims) >= 2:
+                return only
+        rows = [self._row(row) for row in x.rows]
+        width = rows[0][0].dims[1]
+        for row, at in rows[1:]:
+            if not same_dims((width,), row.dims[1:2]):
+                raise self.error(at, f"the rows of the matrix have different sizes: {width} and {row.dims[1]}.")
+        return rows[0][0] if len(rows) == 1 else self._concatenated([row for row, _ in rows], 0, x.at)
+
+    def _row(self, row: Sequence[t.Expression]) -> tuple[Typed, int]:
+        parts = []
+        for item in row:
+            value = self.single(item)
+            if len(value.dims) > 2:
+                raise self.error(item.at, "a matrix has elements of two dimensions at most.")
+            x = value.x
+            if not value.dims:
+                x = e.ArrayOf((e.ArrayOf((x,), "array"),), "array")
+            elif len(value.dims) == 1 and isinstance(x, e.ArrayOf) and x.kind == "array":
+                x = e.ArrayOf(tuple(e.ArrayOf((one,), "array") for one in x.elements), "array")
+            parts.append(value._replace(x=x, dims=(*value.dims, *[1] * (2 - len(value.dims)))))
+        heights = {part.dims[0] for part in parts} - {None}
+        if len(heights) > 1:
+            raise self.error(row[0].at, f"the elements of a row have different heights: {sorted(map(str, heights))}.")
+        return self._concatenated(parts, 1, row[0].at, is_row=True), row[0].at
+
+    def _concatenated(self, parts: Sequence[Typed], axis: int, at: int, *, is_row: bool = False) -> Typed:
+        kind = parts[0].type
+        for part in parts:
+            both = common(kind, part.type)
+            if both is None:
+                raise self.error(at, f"the elements of the matrix have different types: {kind} and {part.type}.")
+            kind = both
+        sizes = [part.dims[axis] for part in parts]
+        total = None if None in sizes else sum(size for size in sizes if size is not None)
+        other = next((part.dims[1 - axis] for part in parts if part.dims[1 - axis] is not None), None)
+        dims = (other, total) if axis else (total, other)
+        variability = max(part.variability for part in parts)
+        rows = [_literal_rows(part) for part in parts]
+        if all(one is not None for one in rows):
+            # Elements that are written out: a matrix as an array of rows.
+            whole: list[tuple[e.Expression, ...]] = []
+            if axis:
+                for row in zip(*[one or [] for one in rows], strict=True):
+                    whole.append(tuple(item for part in row for item in part))
+            else:
+                whole = [row for one in rows for row in one or []]
+            x: e.Expression = e.ArrayOf(tuple(e.ArrayOf(row, "array") for row in whole), "array")
+        else:
+            x = e.ArrayOf(tuple(part.x for part in parts), "row" if is_row else "column")
+        return Typed(x, kind, dims, variability)
+
+    def _range(self, x: t.Range) -> Typed:
+        start, stop = self.single(x.start), self.single(x.stop)
+        step = None if x.step is None else self.single(x.step)
+        for part in (start, stop, *([step] if step else [])):
+            if part.dims or part.type.name not in ("Integer", "Real", "Boolean", "enumeration"):
+                raise self.error(x.at, f"the ends of a range must be scalars, not of type {part.type}.")
+        kind = common(start.type, stop.type)
+        if kind is None or (step is not None and not step.type.is_numeric):
+            raise self.error(x.at, f"the ends of the range have different types: {start.type} and {stop.type}.")
+        if step is not None and step.type == REAL:
+            kind = REAL
+        if step is not None and isinstance(step.x, e.Const) and not step.x.value:
+            raise self.error(x.at, "the step of the range is 0.")
+        variability = max(start.variability, stop.variability, step.variability if step else 0)
+        if kind == BOOLEAN:
+            return self._truths(start, stop, variability)
+        found = e.RangeOf(start.x, None if step is None else step.x, stop.x)
+        count: int | None = None
+        if variability <= PARAMETER:
+            try:
+                count = len(self.context.value(found))
+                if variability == PARAMETER:
+                    self.context.select(found)
+            except NotKnown:
+                pass
+        return Typed(found, kind, (count,), variability)
+
+    def _truths(self, start: Typed, stop: Typed, variability: int) -> Typed:
+        first, last = bool(self.context.value(start.x)), bool(self.context.value(stop.x))
+        items = tuple(e.Const(value) for value in (False, True) if first <= value <= last)
+        return Typed(e.ArrayOf(items, "array"), BOOLEAN, (len(items),), variability)
+
+    def _tuple(self, x: t.Tuple) -> Typed:
+        parts = [None if item is None else self.single(item) for item in x.elements]
+        found = e.TupleOf(tuple(None if part is None else part.x for part in parts))
+        blank = Typed(e.Colon(), ANY)
+        return Typed(found, NONE, (), 3, tuple(part or blank for part in parts))
+
+    def _subscripted(self, x: t.Subscripted) -> Typed:
+        base = self.single(x.base)
+        part = t.Part("the expression", x.subs, x.at)
+        subs, rest = self.subscripts(part, base.dims, base.x)
+        return base._replace(x=element(base.x, subs), dims=tuple(rest))
+
+    def _call(self, x: t.Call) -> Typed:
+        self.at = x.at
+        ref = x.function
+        names = ref.names
+        if names[0] == "Connections" and names[-1] in ("isRoot", "rooted"):
+            return builtins.call(self, names[-1], x)
+        if len(names) == 1 and names[0] in builtins.FUNCTIONS and not self._is_declared(ref):
+            return builtins.call(self, names[0], x)
+        return calls.call(self, x)
+
+    def _is_declared(self, ref: t.Reference) -> bool:
+        """Whether the model declares a function with the name of a predefined one."""
+        name = ref.parts[0].name
+        found = self.scope.top.find(name) if ref.is_global else self.scope.find(name)
+        return found is not None and found is not self.scope.top.predefined(name)
+
+    def _reduction(self, x: t.Reduction) -> Typed:
+        return builtins.reduction(self, x)
+
+    def _refused(self, x: t.Expression) -> Typed:
+        if isinstance(x, t.Whole):
+            raise self.error(x.at, "`:` is allowed in subscripts only.")
+        raise self.error(x.at, "a function is allowed as an argument of a function only.")
+
+    # Iterators
+
+    def iterations(self, x: t.Iterator, uses: Sequence[Any] = ()) -> tuple[Typed, list[Typed] | None]:
+        """The range of an iterator, and its values if they are known. `uses` are where its name occurs."""
+        if x.range is None:
+            return self._implied(x, uses)
+        if isinstance(x.range, t.Reference):
+            found = self._range_of_type(x.range)
+            if found is not None:
+                return found
+        found = self.single(x.range)
+        if len(found.dims) != 1:
+            raise self.error(x.range.at, f"the range of {x.name} must be a vector, not {written_dims(found.dims)}.")
+        kind = found.type
+        if isinstance(found.x, e.ArrayOf):
+            items = [Typed(item, kind, (), found.variability) for item in found.x.elements]
+            return found, items
+        if found.variability > PARAMETER:
+            return found, None
+        try:
+            values = self.context.value(found.x)
+        except NotKnown:
+            return found, None
+        self.context.select(found.x)
+        return found._replace(dims=(len(values),)), [self._value_as(kind, value) for value in values]
+
+    def _value_as(self, kind: Any, value: Any) -> Typed:
+        if kind.name == "enumeration":
+            return references.literal(self, kind.instance, int(value))
+        if kind == BOOLEAN:
+            return constant(bool(value))
+        return constant(float(value) if kind == REAL else int(value))
+
+    def _range_of_type(self, ref: t.Reference) -> tuple[Typed, list[Typed]] | None:
+        """The values of an enumeration, or of Boolean, as a range."""
+        found = None if ref.parts[0].name in self.names else references.find(self, ref)
+        if not isinstance(found, ClassElement):
+            return None
+        if found.instance.builtin == "Boolean":
+            items = [constant(False), constant(True)]
+            return Typed(e.ArrayOf((e.Const(False), e.Const(True)), "array"), BOOLEAN, (2,), CONSTANT), items
+        literals = found.instance.literals
+        if literals is None:
+            raise self.error(ref.at, f"{ref} is no enumeration, and no range.")
+        items = [references.literal(self, found.instance, i + 1) for i in range(len(literals))]
+        whole = e.RangeOf(e.Const(1), None, e.Const(len(literals)))
+        return Typed(whole, items[0].type, (len(items),), CONSTANT), items
+
+    def _implied(self, x: t.Iterator, uses: Sequence[Any]) -> tuple[Typed, list[Typed] | None]:
+        """The range of an iterator from the size of the arrays that it indexes (section 11.2.2.2)."""
+        for ref, part, position in _indexed_by(uses, x.name):
+            found = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
+            if isinstance(found, references.Chain):
+                size = self.context.sizes(found.last)[position]
+                if size is not None:
+                    whole = e.RangeOf(e.Const(1), None, e.Const(size))
+                    values = [constant(i + 1) for i in range(size)]
+                    return Typed(whole, INTEGER, (size,), CONSTANT), values
+                name = e.Ref(".".join(one.name for one in found.components))
+                stop = e.Builtin("Size", (name, e.Const(position + 1)))
+                return Typed(e.RangeOf(e.Const(1), None, stop), INTEGER, (None,)), None
+        raise self.error(x.at, f"the range of {x.name} is not given, and no array has it as a subscript.")
+
+
+def _indexed_by(uses: Any, name: str) -> list[tuple[t.Reference, int, int]]:
+    """The references with a subscript that is a name, the number of the part, and of the subscript."""
+    found: list[tuple[t.Reference, int, int]] = []
+    if isinstance(uses, tuple | list):
+        for item in uses:
+            found += _indexed_by(item, name)
+        return found
+    if isinstance(uses, t.Reference):
+        for i, part in enumerate(uses.parts):
+            for j, sub in enumerate(part.subs):
+                if isinstance(sub, t.Reference) and sub.names == (name,):
+                    found.append((uses, i, j))
+                else:
+                    found += _indexed_by(sub, name)
+    elif hasattr(type(uses), "__dataclass_fields__"):
+        for field in type(uses).__dataclass_fields__:
+            found += _indexed_by(getattr(uses, field), name)
+    return found
+
+
+def _is_actual_stream(x: t.Expression) -> bool:
+    return isinstance(x, t.Call) and x.function.names == ("actualStream",)
+
+
+def _literal_rows(part: Typed) -> list[tuple[e.Expression, ...]] | None:
+    """The rows of a matrix that is written out."""
+    match part.x:
+        case e.ArrayOf(rows, "array") if all(isinstance(row, e.ArrayOf) and row.kind == "array" for row in rows):
+            return [row.elements for row in rows if isinstance(row, e.ArrayOf)]
+    return None
+
+
+_BY_CLASS: dict[type, Callable[[Expressions, Any], Typed]] = {
+    t.Literal: lambda here, x: constant(x.value),
+    t.Reference: Expressions.reference,
+    t.Call: Expressions._call,
+    t.Reduction: Expressions._reduction,
+    t.Unary: Expressions._unary,
+    t.Binary: Expressions._binary,
+    t.IfExpression: Expressions._if,
+    t.Array: Expressions._array,
+    t.Matrix: Expressions._matrix,
+    t.Range: Expressions._range,
+    t.Tuple: Expressions._tuple,
+    t.Subscripted: Expressions._subscripted,
+    t.End: Expressions.end,
+    t.Whole: Expressions._refused,
+    t.PartialCall: Expressions._refused,
+    t.NoValue: Expressions._refused,
+}

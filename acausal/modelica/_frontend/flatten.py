@@ -1,0 +1,375 @@
+"""Flattening (Modelica 3.6, section 5.6): from the instance of a model to the flat model."""
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from .._errors import ModelicaError
+from .._syntax import expressions as e
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, SourcePlace
+from .._translate.scope import NotKnown
+from . import tree as t
+from .algorithms import Statements
+from .classes import ComponentElement, Instance, Top
+from .connections import Connections, equations
+from .equations import Equations, Found
+from .expressions import Expressions
+from .library import Libraries
+from .modifiers import Index
+from .overconstrained import Graph
+from .parse import parse_modification
+from .source import Source
+from .streams import Streams
+from .structure import Context
+from .typed import CONTINUOUS, VARIABILITY, Typed, indices, type_of
+
+NAME = "<model>.mo"  # of a text in messages
+_SELECT = {1: "Never", 2: "Avoid", 3: "Default", 4: "Prefer", 5: "Always"}
+
+
+def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModelica:
+    """The flat model of a Modelica model.
+
+    `source` is a text, a file, or the folder of a package. `model` is the full name of a class, possibly with
+    modifiers, as in "Plant.Pump(k=2)". `roots` are folders with libraries. Raises `ModelicaError`.
+    """
+    texts, folders = _given(source, roots)
+    name, bracket, rest = model.partition("(")
+    modification = None
+    request = Source(f"the modifiers of {name.strip()}", bracket + rest)
+    if bracket:
+        modification = parse_modification(request)
+    top = Top(Libraries(texts, folders))
+    return _Flattening(top.model(name.strip(), modification, request), name.strip()).flat()
+
+
+def _given(source: str | Path, roots: Sequence[str | Path]) -> tuple[list[Source], list[Path]]:
+    folders = [_existing(Path(root), "root") for root in roots]
+    if not (isinstance(source, Path) or source.rstrip().endswith(".mo")):
+        return [Source(NAME, str(source))], folders
+    file = _existing(Path(source), "file")
+    if file.is_dir() or file.name == "package.mo":
+        return [], [*folders, file if file.is_dir() else file.parent]
+    folder = file.parent
+    if not (folder / "package.mo").exists():
+        return [Source(str(file))], folders
+    while (folder.parent / "package.mo").exists():
+        folder = folder.parent
+    return [], [*folders, folder]
+
+
+def _existing(path: Path, what: str) -> Path:
+    if not path.exists():
+        raise ModelicaError(f"The {what} {path} does not exist.")
+    return path.absolute()
+
+
+class _Flattening:
+    def __init__(self, root: Instance, name: str) -> None:
+        self.root = root
+        self.name = name
+        self.context = Context(root.top)
+        self.connections = Connections(self.context)
+        self.context.connections = self.connections
+        self.variables: dict[str, FlatVariable] = {}
+        self.instances: list[Instance] = []
+        self.components: list[ComponentElement] = []  # variables and records
+        self.flows: list[tuple[str, Index, SourcePlace]] = []
+        self.found, self.initial = Found(), Found()
+        self.algorithms: list[Algorithm] = []
+        self.initial_algorithms: list[Algorithm] = []
+
+    def flat(self) -> FlatModelica:
+        self._check_model()
+        self._collect(self.root)
+        done = 0
+        while done < len(added := list(self.context.added.values())):
+            for component in added[done:]:
+                self._collect_component(component)
+            done = len(added)
+        for instance in self.instances:
+            for base in instance.lineage():
+                for section in self._sections(base):
+                    if not section.is_algorithm and not section.is_initial:
+                        self.connections.visit(Expressions(self.context, base), section.clauses)
+        self.connections.complete()
+        for component in self.connections.expansion.added:
+            if component.holder.path and component is not component.holder.elements.get(component.name):
+                continue
+            self._collect_component(component)
+        graph = self.context.graph = Graph(self.context, self.connections)
+        streams = self.context.streams = Streams(self.context, self.connections)
+        for component in self.components:
+            self._declaration(component)
+        for instance in self.instances:
+            for base in instance.lineage():
+                for section in self._sections(base):
+                    self._section(base, section)
+        self.found.equations += equations(self.connections, self.flows, graph.is_broken)
+        self.found.equations += graph.equations(self.connections)
+        self.found.equations += streams.equations()
+        functions = dict(self.context.functions)
+        self._constants()
+        connectors = [
+            one.name
+            for one in self.root.components()
+            if one.prototype.kind in ("connector", "expandable connector") and self.context.is_present(one)
+        ]
+        return FlatModelica(
+            name=self.name,
+            variables=self.variables,
+            equations=tuple(self.found.equations),
+            initial_equations=tuple(self.initial.equations),
+            asserts=tuple(self.found.asserts),
+            initial_asserts=tuple(self.initial.asserts),
+            algorithms=tuple(self.algorithms),
+            initial_algorithms=tuple(self.initial_algorithms),
+            whens=tuple(self.found.whens),
+            functions=functions,
+            enumerations=self._enumerations(),
+            connectors=tuple(connectors),
+            selecting=tuple(self.context.selecting),
+        )
+
+    def _constants(self) -> None:
+        """Adds the constants of packages that the model reads, which may read others."""
+        done: set[str] = set()
+        while len(done) < len(self.context.constants):
+            for path, component in list(self.context.constants.items()):
+                if path not in done:
+                    done.add(path)
+                    self.components = []
+                    self._collect_component(component)
+                    for one in self.components:
+                        self._declaration(one)
+
+    def _enumerations(self) -> dict[str, int]:
+        return dict(self.context.enumerations)
+
+    def _check_model(self) -> None:
+        root = self.root
+        if root.kind not in (
+            "model",
+            "block",
+            "class",
+            "connector",
+            "record",
+            "operator record",
+            "expandable connector",
+        ):
+            raise root.error(root.tree.at, f"{root.name} is a {root.kind}, not a model.")
+        if root.tree.is_partial:
+            raise root.error(root.tree.at, f"the model {root.name} is partial.")
+
+    def _sections(self, base: Instance) -> tuple[t.Section, ...]:
+        return base.tree.body.sections if isinstance(base.tree.body, t.Long) else ()
+
+    # Variables
+
+    def _collect(self, instance: Instance) -> None:
+        self.instances.append(instance)
+        for component in instance.components():
+            self._collect_component(component)
+
+    def _collect_component(self, component: ComponentElement) -> None:
+        if not self.context.is_present(component):
+            return
+        if component.is_outer and not component.is_inner:
+            self.context.inner(component, self.root, component.tree.at)  # which the model may lack
+            return
+        kind = type_of(component.prototype)
+        sizes = [n or 0 for n in self.context.sizes(component)]
+        if kind.name == "function":
+            raise component.error(f"{component.name} is a function, which is no component of a model.")
+        if kind.name in ("record", "component"):
+            self._check_class(component)
+            if kind.name == "component":
+                self.context.binding(component)  # refused if there is one
+            if kind.name == "record":
+                self.components.append(component)
+            for index in indices(sizes):
+                self._collect(component.member(index))
+            if not sizes or 0 in sizes:
+                return
+        else:
+            self.components.append(component)
+            if component.connection == "flow" and component.parent is not None and _in_connector(component):
+                self.flows.append((component.path, tuple(sizes), component.scope.source.place(component.tree.at)))
+
+    def _declaration(self, component: ComponentElement) -> None:
+        """Adds a variable, or the equation of a record."""
+        if type_of(component.prototype).name == "record":
+            self._record(component)
+        else:
+            self._variable(component, tuple(n or 0 for n in self.context.sizes(component)))
+
+    def _check_class(self, component: ComponentElement) -> None:
+        instance = component.prototype
+        if instance.tree.is_partial:
+            raise component.error(f"{component.name} is of the partial class {instance.name}.")
+        if instance.kind in ("package", "operator", "type"):
+            raise component.error(f"{component.name} is of the {instance.kind} {instance.name}.")
+
+    def _record(self, component: ComponentElement) -> None:
+        """The equation of a record that a call of a function gives; its fields have no values of their own then."""
+        self.context.register(component)
+        value = self.context.binding(component)
+        if value is None or component.variability or value.dims:
+            return
+        if isinstance(value.x, e.FunctionCall) and not value.x.is_constructor:
+            place = component.scope.source.place(component.tree.at)
+            residual = e.Binary("Sub", e.Ref(component.path), value.x)
+            self.found.equations.append(FlatEquation(residual, component.holder.path, "component", place))
+            component.marks["equation"] = True
+
+    def _variable(self, component: ComponentElement, dims: Index) -> None:
+        context = self.context
+        context.register(component)
+        place = component.scope.source.place(component.tree.at)
+        kind = type_of(component.prototype)
+        binding = None if _has_equation(component.parent) else context.binding(component)
+        variability = component.variability
+        if binding is not None and binding.variability > VARIABILITY[variability] and kind.name != "object":
+            at = (
+                component.modifier.binding.error
+                if component.modifier and component.modifier.binding
+                else component.error
+            )
+            raise at(f"{component.name} is a {variability}, but its value varies.")
+        attributes = (
+            {name: self._attribute(component, name) for name in component.prototype.attributes()}
+            if kind.name != "object"
+            else {}
+        )
+        connection = component.connection
+        is_local = component.is_protected
+
+        def value(name: str) -> e.Expression | None:
+            found = attributes.get(name)
+            return None if found is None else found.x
+
+        self.variables[component.path] = FlatVariable(
+            name=component.path,
+            type=kind.name
+            if kind.name in ("Real", "Integer", "Boolean", "String", "Clock")
+            else self._type_name(component),
+            variability=variability or ("parameter" if kind.name == "object" else "continuous"),
+            causality=self._causality(component, is_local),
+            dims=dims,
+            binding=None if binding is None else binding.x,
+            start=value("start"),
+            fixed=self._fixed(component, attributes.get("fixed"), dims),
+            min=value("min"),
+            max=value("max"),
+            nominal=value("nominal"),
+            unit=self._text(attributes.get("unit")),
+            select=self._select(component, attributes.get("stateSelect")),
+            is_flow=connection == "flow",
+            is_stream=connection == "stream",
+            is_overconstrained=self._is_overconstrained(component),
+            evaluate=self._evaluates(component),
+            is_expandable=_in_connector(component, ("expandable connector",)),
+            place=place,
+        )
+
+    def _type_name(self, component: ComponentElement) -> str:
+        return component.prototype.origin().element.target().path
+
+    def _causality(self, component: ComponentElement, is_protected: bool) -> str:
+        """`input` and `output` count at the top only (section 4.4.2.2)."""
+        found = component.causality
+        outermost = component
+        while outermost.parent is not None:
+            outermost = outermost.parent
+        is_top = component.parent is None or outermost.prototype.kind in ("connector", "expandable connector")
+        return found if is_top and not outermost.is_protected else ""
+
+    def _attribute(self, component: ComponentElement, name: str) -> Typed | None:
+        found = self.context.attribute(component, name)
+        if found is not None and found.variability == CONTINUOUS and name != "value":
+            raise component.error(f"the attribute {name} of {component.name} varies.")
+        return found
+
+    def _fixed(self, component: ComponentElement, found: Typed | None, dims: Index) -> tuple[bool, ...]:
+        if found is None:
+            return ()
+        try:
+            value = self.context.value(found.x)
+        except NotKnown:
+            raise component.error(f"the attribute fixed of {component.name} is not known.") from None
+        flat = np.asarray(value).reshape(-1)
+        return (bool(flat[0]),) if len(set(flat.tolist())) == 1 else tuple(bool(one) for one in flat)
+
+    def _text(self, found: Typed | None) -> str | None:
+        try:
+            return None if found is None else str(self.context.value(found.x))
+        except NotKnown:
+            return None
+
+    def _select(self, component: ComponentElement, found: Typed | None) -> str:
+        if found is None:
+            return "Default"
+        values = set(np.asarray(self.context.value(found.x), int).reshape(-1).tolist())
+        if len(values) > 1:
+            raise component.error(f"the elements of {component.name} have different values of stateSelect.")
+        return _SELECT[values.pop()] if values else "Default"
+
+    def _evaluates(self, component: ComponentElement) -> bool:
+        found = component.annotation("Evaluate")
+        return isinstance(found, t.Literal) and found.value is True
+
+    def _is_overconstrained(self, component: ComponentElement) -> bool:
+        if "equalityConstraint" in component.prototype.elements:
+            return True
+        parent = component.parent
+        return parent is not None and type_of(parent.prototype).name == "record" and self._is_overconstrained(parent)
+
+    # Equations
+
+    def _section(self, base: Instance, section: t.Section) -> None:
+        here = Expressions(self.context, base)
+        if not section.is_algorithm:
+            Equations(here, self.initial if section.is_initial else self.found).all(section.clauses)
+            return
+        if not section.clauses:
+            return
+        body = Statements(here, is_initial=section.is_initial).whole(section.clauses)
+        place = base.source.place(section.at)
+        outputs = tuple(dict.fromkeys(_targets(body)))
+        found = self.initial_algorithms if section.is_initial else self.algorithms
+        found.append(Algorithm(body, outputs, base.path, place))
+
+
+def _has_equation(component: ComponentElement | None) -> bool:
+    while component is not None:
+        if component.marks.get("equation"):
+            return True
+        component = component.parent
+    return False
+
+
+def _in_connector(component: ComponentElement, kinds: Sequence[str] = ("connector", "expandable connector")) -> bool:
+    parent = component.parent
+    while parent is not None:
+        if parent.prototype.kind in kinds:
+            return True
+        parent = parent.parent
+    return False
+
+
+def _targets(body: e.Body) -> Iterator[str]:
+    """The variables that statements assign."""
+    for statement in body:
+        match statement:
+            case e.Assign():
+                yield from (target.name for target in statement.targets if target is not None)
+            case e.IfStatement():
+                for _, inner in statement.blocks:
+                    yield from _targets(inner)
+                yield from _targets(statement.otherwise)
+            case e.For() | e.While():
+                yield from _targets(statement.body)
+            case e.WhenClause():
+                for _, inner in statement.blocks:
+                    yield from _targets(inner)

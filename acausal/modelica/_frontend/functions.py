@@ -1,0 +1,176 @@
+"""Functions of the flat model (Modelica 3.6, chapter 12)."""
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from .._syntax import expressions as e
+from .._syntax.flat import FlatFunction, Formal
+from . import tree as t
+from .calls import reads_component
+from .classes import ComponentElement, Instance
+from .typed import Typed, type_of
+
+if TYPE_CHECKING:
+    from .structure import Context
+
+
+class Functions(Mapping[str, FlatFunction]):
+    """The functions that a model calls, by name. They are made when something asks for them."""
+
+    def __init__(self, context: "Context") -> None:
+        self._context = context
+        self._requested: dict[str, tuple[Instance, Mapping[str, Typed]]] = {}
+        self._records: dict[str, Instance] = {}
+        self._objects: dict[str, tuple[Instance, Instance]] = {}
+        self._made: dict[str, FlatFunction] = {}
+        self.partial: dict[int, Instance] = {}
+
+    def request(self, instance: Instance, functions: Mapping[str, Typed]) -> str:
+        """The name of a function. `functions` are its arguments that are functions, for which it gets a copy."""
+        name = instance.path
+        if functions:
+            arguments = ", ".join(f"{key}={_function_name(arg)}" for key, arg in functions.items())
+            name = f"{name}({arguments})"
+        self._requested.setdefault(name, (instance, functions))
+        return name
+
+    def request_record(self, instance: Instance) -> str:
+        """The name of the constructor of a record."""
+        instance = instance.origin()
+        name = instance.element.target().path
+        self._records.setdefault(name, instance)
+        return name
+
+    def request_object(self, instance: Instance, constructor: Instance) -> str:
+        """The name of the constructor of an external object."""
+        name = instance.element.target().path
+        self._objects.setdefault(name, (instance, constructor))
+        return name
+
+    def __getitem__(self, name: str) -> FlatFunction:
+        if name not in self._made:
+            if name in self._requested:
+                self._made[name] = self._function(name, *self._requested[name])
+            elif name in self._records:
+                self._made[name] = self._constructor(name, self._records[name])
+            elif name in self._objects:
+                self._made[name] = self._object(name, *self._objects[name])
+            else:
+                raise KeyError(name)
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        done = 0
+        names: list[str] = []
+        while done < len(names := [*self._requested, *self._records, *self._objects]):
+            for name in names:
+                _ = self[name]  # may request further ones
+            done = len(names)
+        return iter(dict.fromkeys(names))
+
+    def __len__(self) -> int:
+        return len(list(iter(self)))
+
+    def _function(self, name: str, instance: Instance, functions: Mapping[str, Typed]) -> FlatFunction:
+        from .algorithms import Statements
+        from .expressions import Expressions
+
+        known, extra = _bound(functions)
+        inputs: list[Formal] = []
+        outputs: list[Formal] = []
+        own: list[Formal] = []
+        for component in instance.components():
+            if component.name in functions:
+                continue
+            if component.causality == "input":
+                inputs.append(self._formal(component, known))
+            elif component.causality == "output":
+                outputs.append(self._formal(component, known))
+            else:
+                if not component.is_protected and component.variability not in ("constant", "parameter"):
+                    raise component.error(f"{component.name} of a function must be an input, an output or protected.")
+                own.append(self._formal(component, known))
+        body: list[e.Statement] = []
+        external: t.External | None = None
+        for base in instance.lineage():
+            if not isinstance(base.tree.body, t.Long):
+                continue
+            external = base.tree.body.external or external
+            for section in base.tree.body.sections:
+                if not section.is_algorithm or section.is_initial:
+                    raise base.error(section.at, f"the function {base.name} has an equation section.")
+                body += Statements(Expressions(self._context, base, known)).whole(section.clauses)
+        if body and external is not None:
+            raise instance.error(external.at, f"the function {instance.name} has an algorithm and is external.")
+        c_name = None if external is None else external.name or instance.name
+        return FlatFunction(
+            name,
+            (*inputs, *extra),
+            tuple(outputs),
+            tuple(own),
+            tuple(body),
+            False,
+            c_name,
+            instance.source.place(instance.tree.at),
+        )
+
+    def _formal(self, component: ComponentElement, known: Mapping[str, Typed] | None = None) -> Formal:
+        from .expressions import Expressions
+
+        default = None if reads_component(component) else self._context.default(component, known or {})
+        dims: list[e.Expression] = []
+        sizes = self._context.formal_sizes(component)
+        stated = [(component.scope, size) for size in component.tree.dims]
+        for scope, more in component.prototype.type_dims():
+            stated += [(scope, size) for size in more]
+        for (scope, size), number in zip(stated, sizes, strict=True):
+            if number is not None:
+                dims.append(e.Const(number))
+            elif isinstance(size, t.Whole):
+                dims.append(e.Colon())
+            else:
+                dims.append(Expressions(self._context, scope, known).single(size).x)
+        return Formal(component.name, self.type_name(component), default.x if default else None, tuple(dims))
+
+    def type_name(self, component: ComponentElement) -> str:
+        """The type of a variable by its name, as the flat model has it."""
+        kind = type_of(component.prototype)
+        if kind.name == "record":
+            return self.request_record(component.prototype)
+        if kind.name in ("enumeration", "object"):
+            return component.prototype.origin().element.target().path
+        if kind.name == "component":
+            raise component.error(f"a {component.prototype.kind} is not allowed here.")
+        return kind.name
+
+    def _constructor(self, name: str, instance: Instance) -> FlatFunction:
+        inputs = tuple(self._formal(component) for component in instance.components())
+        return FlatFunction(name, inputs, (), (), (), True, None, instance.source.place(instance.tree.at))
+
+    def _object(self, name: str, instance: Instance, constructor: Instance) -> FlatFunction:
+        inputs = [self._formal(one) for one in constructor.components() if one.causality == "input"]
+        external = next((b.tree.body.external for b in constructor.lineage() if isinstance(b.tree.body, t.Long)), None)
+        c_name = external.name if external is not None and external.name else constructor.name
+        place = instance.source.place(instance.tree.at)
+        return FlatFunction(name, tuple(inputs), (), (), (), False, c_name, place)
+
+
+def _function_name(arg: Typed) -> str:
+    assert isinstance(arg.x, e.Ref)
+    return arg.x.name
+
+
+def _bound(functions: Mapping[str, Typed]) -> tuple[dict[str, Typed], list[Formal]]:
+    """Arguments that are functions as names in the body, and further inputs for the values bound in them."""
+    known: dict[str, Typed] = {}
+    extra: list[Formal] = []
+    for key, arg in functions.items():
+        assert isinstance(arg.x, e.Ref)
+        bound = arg.x.name.split("|")[1:]
+        values: list[Typed] = []
+        for inner, value in zip(bound, arg.results, strict=True):
+            name = f"{key}__{inner}"
+            extra.append(Formal(name, value.type.name, None, tuple(e.Colon() for _ in value.dims)))
+            values.append(value._replace(x=e.Ref(name), variability=3))
+        known[key] = arg._replace(results=tuple(values))
+    return known, extra

@@ -1,0 +1,137 @@
+"""Overconstrained connections (Modelica 3.6, section 9.4): the graph whose loops are broken."""
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .._syntax import expressions as e
+from .._syntax.flat import FlatEquation
+from . import tree as t
+from .calls import call_values, of_class
+from .classes import ClassElement
+from .connections import Connections, Connector, Pair
+from .expressions import Expressions
+from .typed import Typed, type_of
+
+if TYPE_CHECKING:
+    from .structure import Context
+
+_ROOT = "<root>"
+
+
+class Graph:
+    """The spanning trees of the overconstrained records of a model, each with one root."""
+
+    def __init__(self, context: "Context", connections: Connections) -> None:
+        self._context = context
+        self._parent: dict[str, str] = {}
+        self._edges: dict[str, list[str]] = {}
+        self._branches: list[tuple[str, str]] = []
+        self.roots: list[str] = []
+        self.broken: list[tuple[Connector, Connector]] = []
+        potential: list[tuple[int, str]] = []
+        for name, call, here in connections.operators:
+            self._operator(name, call, here, potential)
+        for a, b, _ in connections.connectors:
+            if "equalityConstraint" in a.instance.elements:
+                if self._join(a.path, b.path):
+                    self._edge(a.path, b.path)
+                else:
+                    self.broken.append((a, b))
+        for _, path in sorted(potential, key=lambda one: one[0]):
+            if self._join(_ROOT, path):
+                self.roots.append(path)
+        for path in list(self._parent):
+            if path != _ROOT and self._join(_ROOT, path):
+                self.roots.append(path)
+        self._depths = self._measured()
+
+    def _operator(self, name: str, call: t.Call, here: Expressions, potential: list[tuple[int, str]]) -> None:
+        paths = [self._path(here, arg) for arg in call.args[: 2 if name == "branch" else 1]]
+        if None in paths:
+            return
+        first, *rest = [path for path in paths if path is not None]
+        if name == "branch":
+            if not self._join(first, rest[0]):
+                raise here.error(call.at, f"`Connections.branch` closes a loop from {first} to {rest[0]}.")
+            self._edge(first, rest[0])
+            self._branches.append((first, rest[0]))
+        elif name == "root":
+            if not self._join(_ROOT, first):
+                raise here.error(call.at, f"{first} is a root beside another one of the same tree.")
+            self.roots.append(first)
+        elif name == "potentialRoot":
+            priority = call.args[1] if len(call.args) > 1 else dict(call.named).get("priority")
+            potential.append((0 if priority is None else int(here.known(priority, "the priority")), first))
+            self._find(first)
+        else:
+            raise here.error(call.at, f"`Connections.{name}` is not supported.")
+
+    def _path(self, here: Expressions, arg: t.Expression) -> str | None:
+        found = here.single(arg)
+        if not isinstance(found.x, e.Ref) or found.x.subs:
+            raise here.error(arg.at, "this argument must be a record or a type of a connector.")
+        return found.x.name
+
+    def _find(self, x: str) -> str:
+        while (parent := self._parent.setdefault(x, x)) != x:
+            x = parent
+        return x
+
+    def _join(self, a: str, b: str) -> bool:
+        a, b = self._find(a), self._find(b)
+        self._parent[b] = a
+        return a != b
+
+    def _edge(self, a: str, b: str) -> None:
+        self._edges.setdefault(a, []).append(b)
+        self._edges.setdefault(b, []).append(a)
+
+    def _measured(self) -> dict[str, int]:
+        """The distances from the roots."""
+        found = dict.fromkeys(self.roots, 0)
+        todo = list(self.roots)
+        for here in todo:
+            for other in self._edges.get(here, ()):
+                if other not in found:
+                    found[other] = found[here] + 1
+                    todo.append(other)
+        return found
+
+    def is_root(self, path: str) -> bool:
+        return path in self.roots
+
+    def is_rooted(self, path: str) -> bool:
+        """Whether a record is nearer to the root than the one to which a branch leads from it."""
+        for a, b in self._branches:
+            if path in (a, b):
+                other = b if path == a else a
+                return self._depths.get(path, 0) < self._depths.get(other, 0)
+        return path in self.roots
+
+    def is_broken(self, pair: Pair) -> bool:
+        """Whether a pair of variables belongs to a connection that is broken."""
+        return any(_has(a.path, pair.left.name) and _has(b.path, pair.right.name) for a, b in self.broken)
+
+    def equations(self, connections: Connections) -> Iterator[FlatEquation]:
+        """The equations in place of those of broken connections."""
+        places = {(a.path, b.path): place for a, b, place in connections.connectors}
+        for a, b in self.broken:
+            element = of_class(a.instance).elements["equalityConstraint"]
+            if not isinstance(element, ClassElement):
+                continue
+            root = self._context.top.root
+            assert root is not None
+            here = Expressions(self._context, root)
+            sides = [Typed(e.Ref(one.path), type_of(one.instance)) for one in (a, b)]
+            for one in (a, b):
+                self._context.register(one.component)
+            found = call_values(here, element.instance, sides)
+            if found is None:
+                raise a.component.error("the function equalityConstraint has other inputs than two of its record.")
+            size = found.dims[0] if found.dims else None
+            zero: e.Expression = e.Const(0.0) if size is None else e.Builtin("Zeros", (e.Const(size),))
+            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", places[a.path, b.path])
+
+
+def _has(path: str, name: str) -> bool:
+    return name == path or name.startswith((f"{path}.", f"{path}["))

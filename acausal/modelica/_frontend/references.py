@@ -1,0 +1,279 @@
+"""Component references (Modelica 3.6, sections 5.3 and 10.5): from names with subscripts to names of the flat model."""
+
+import dataclasses
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..._errors import suggestion
+from .._syntax import expressions as e
+from .._translate.scope import NotKnown
+from . import tree as t
+from .classes import ClassElement, ComponentElement, Instance
+from .modifiers import Index
+from .typed import CONSTANT, VARIABILITY, Dims, Type, Typed, element, field, nested, type_of
+
+if TYPE_CHECKING:
+    from .expressions import Expressions
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
+class Chain:
+    """The components that a reference names, each with the subscripts of its part of the name."""
+
+    components: tuple[ComponentElement, ...]
+    parts: tuple[t.Part, ...]
+
+    @property
+    def last(self) -> ComponentElement:
+        return self.components[-1]
+
+
+def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
+    """What a reference names: components, a class, or an enumeration literal. Raises `TextError`."""
+    scope = here.scope
+    first = ref.parts[0]
+    found = scope.top.find(first.name) if ref.is_global else scope.find(first.name)
+    if found is None:
+        raise _unknown(here, ref, first.name)
+    if isinstance(found, ComponentElement):
+        _check_constant(here, ref, found)
+    i = 0
+    while isinstance(found, ClassElement):
+        if first.subs or ref.parts[i].subs:
+            raise here.error(ref.at, f"{found.name} is a class, which has no subscripts.")
+        if found.tree.is_outer:
+            found = scope.inner_class(found)
+        i += 1
+        if i == len(ref.parts):
+            return found
+        literal = _literal(here, found, ref.parts[i].name)
+        if literal is not None:
+            return literal
+        found = _element(here, found, ref, i)
+    components = [found]
+    for part in ref.parts[i + 1 :]:
+        i += 1
+        holder = _inner(here, found, ref.at).prototype
+        inner = holder.elements.get(part.name)
+        if inner is None:
+            raise here.error(
+                part.at, f"{found.name} has no element {part.name}.{suggestion(part.name, list(holder.elements))}"
+            )
+        if isinstance(inner, ClassElement):
+            return _in_class(here, inner, ref, i)
+        found = inner
+        components.append(found)
+    return Chain(tuple(components), ref.parts[len(ref.parts) - len(components) :])
+
+
+def _in_class(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> "Chain | ClassElement | Typed":
+    """What the rest of a reference names in a class inside a component."""
+    rest = t.Reference(ref.parts[i:], False, ref.parts[i].at)
+    if len(rest.parts) == 1:
+        return found
+    return find(here.inside(found.instance.encloser or here.scope), rest)
+
+
+def _element(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> ClassElement | ComponentElement:
+    name = ref.parts[i].name
+    instance = found.instance
+    inner = instance.elements.get(name)
+    if inner is None:
+        raise here.error(
+            ref.parts[i].at, f"{found.name} has no element {name}.{suggestion(name, list(instance.elements))}"
+        )
+    if isinstance(inner, ComponentElement) and inner.variability != "constant" and not inner.is_outer:
+        raise here.error(ref.parts[i].at, f"{found.name}.{name} is not a constant, and {found.name} is no component.")
+    return inner
+
+
+def _check_constant(here: "Expressions", ref: t.Reference, found: ComponentElement) -> None:
+    """A component of a class around the class of the reference must be a constant (section 5.3.1)."""
+    own = here.scope.elements.get(found.name)
+    if own is not found and found.variability != "constant" and not found.is_outer:
+        around = here.scope.encloser
+        while around is not None:
+            if around.elements.get(found.name) is found:
+                raise here.error(
+                    ref.at, f"{found.name} belongs to {around.name}, around {here.scope.name}, and is not a constant."
+                )
+            around = around.encloser
+
+
+def _literal(here: "Expressions", found: ClassElement, name: str) -> Typed | None:
+    literals = found.instance.literals
+    if literals is None:
+        return None
+    if name not in literals:
+        raise here.error(here.at, f"{found.name} has no literal {name}.{suggestion(name, list(literals))}")
+    return literal(here, found.instance, literals.index(name) + 1)
+
+
+def literal(here: "Expressions", instance: Instance, ordinal: int) -> Typed:
+    """A literal of an enumeration by its number."""
+    origin = instance.origin()
+    assert origin.literals is not None
+    name = f"{origin.element.path}.{origin.literals[ordinal - 1]}"
+    here.context.enumerations[name] = ordinal
+    return Typed(e.Ref(name), Type("enumeration", origin), (), CONSTANT)
+
+
+def _unknown(here: "Expressions", ref: t.Reference, name: str) -> Exception:
+    return here.scope.top.unknown(name, here.scope, ref.at, f"there is no variable or class {name}", here.scope.source)
+
+
+def _inner(here: "Expressions", component: ComponentElement, at: int) -> ComponentElement:
+    """The inner component of an outer one; other components themselves."""
+    return here.context.inner(component, here.scope, at) if component.is_outer else component
+
+
+def typed(here: "Expressions", chain: Chain, at: int) -> Typed:
+    """The value of the components."""
+    first = chain.components[0]
+    if first.is_local:
+        return _local(here, chain, at)
+    return _Global(here, chain, at).typed()
+
+
+def variability(chain: Chain) -> int:
+    found = VARIABILITY[chain.last.variability]
+    kind = type_of(chain.last.prototype)
+    if found == 3 and kind.name in ("Integer", "Boolean", "String", "enumeration"):
+        return 2
+    return found
+
+
+def _local(here: "Expressions", chain: Chain, at: int) -> Typed:
+    """A variable of a function, or a field of one."""
+    name = ".".join(component.name for component in chain.components)
+    dims: list[int | None] = []
+    x: e.Expression = e.Ref(name)
+    base: e.Expression | None = None
+    for i, (component, part) in enumerate(zip(chain.components, chain.parts, strict=True)):
+        own = here.context.sizes(component)
+        is_last = i == len(chain.components) - 1
+        if base is not None:
+            base = e.FieldOf(base, component.name)
+        subs, rest = here.subscripts(part, own, _partial(chain, i, base))
+        dims += rest
+        if subs and is_last and base is None:
+            x = e.Ref(name, subs)
+        elif subs or (rest and not is_last):
+            before = ".".join(one.name for one in chain.components[: i + 1])
+            base = e.Subscript(base, subs) if base is not None else e.Ref(before, subs)
+    kind = type_of(chain.last.prototype)
+    whole = here.context.constant(chain.last) if len(chain.components) == 1 and not dims else None
+    if whole is not None and not chain.parts[0].subs:
+        return Typed(whole, kind, (), CONSTANT)
+    return Typed(x if base is None else base, kind, tuple(dims))
+
+
+def _partial(chain: Chain, i: int, base: e.Expression | None) -> e.Expression:
+    return base if base is not None else e.Ref(".".join(one.name for one in chain.components[: i + 1]))
+
+
+@dataclasses.dataclass
+class _Global:
+    """The value of components of the model, or of constants of packages."""
+
+    here: "Expressions"
+    chain: Chain
+    at: int
+
+    def typed(self) -> Typed:
+        dims: list[int | None] = []
+        x = self._from(0, self.chain.components[0], dims)
+        return Typed(x, type_of(self.chain.last.prototype), tuple(dims), variability(self.chain))
+
+    def _from(self, i: int, component: ComponentElement, dims: list[int | None]) -> e.Expression:
+        """The value of the components from one on, which is a member of the one before."""
+        context = self.here.context
+        component = _inner(self.here, component, self.at)
+        if not context.is_present(component):
+            raise self.here.error(self.at, f"{component.path} is not in the model, because its condition is false.")
+        sizes = context.sizes(component)
+        part = self.chain.parts[i]
+        if i + 1 == len(self.chain.components):
+            kind = type_of(component.prototype)
+            if kind.name in ("record", "component", "object") and sizes:
+                return self._array(i, component, sizes, dims)
+            whole = None if kind.name in ("record", "component") else context.constant(component)
+            subs, rest = self.here.subscripts(part, sizes, e.Ref(component.path))
+            is_written = whole is not None and all(isinstance(sub, e.Const) for sub in subs)
+            context.register(component, is_written=is_written)
+            dims += rest
+            return element(whole, subs) if whole is not None and is_written else e.Ref(component.path, subs)
+        if not sizes:
+            if part.subs:
+                raise self.here.error(part.at, f"{component.name} is not an array, and has no subscripts.")
+            return self._member(i, component, (), dims)
+        return self._array(i, component, sizes, dims)
+
+    def _member(self, i: int, component: ComponentElement, index: Index, dims: list[int | None]) -> e.Expression:
+        """The value of the rest of the reference in a member of an array of components."""
+        if i + 1 == len(self.chain.components):
+            self.here.context.register(component)
+            return e.Ref(component.member(index).path)
+        name = self.chain.components[i + 1].name
+        inner = component.member(index).elements[name]
+        assert isinstance(inner, ComponentElement)
+        return self._from(i + 1, inner, dims)
+
+    def _array(self, i: int, component: ComponentElement, sizes: Dims, dims: list[int | None]) -> e.Expression:
+        """A part of an array of components: written out, and with a subscript where an index varies."""
+        known = tuple(size for size in sizes if size is not None)
+        if len(known) < len(sizes):
+            raise component.error(f"the size of {component.name} is not known.")
+        subs, rest = self.here.subscripts(self.chain.parts[i], sizes, e.Ref(component.path))
+        chosen: list[list[int]] = []
+        outer: list[e.Expression] = []  # subscripts of the array that is written out
+        for sub, size in zip((*subs, *[e.Colon()] * (len(sizes) - len(subs))), known, strict=True):
+            if isinstance(sub, e.Const):
+                chosen.append([int(sub.value)])
+            elif (members := self._members(sub, size)) is not None:
+                chosen.append(members)
+                outer.append(e.Colon())
+            else:
+                chosen.append(list(range(1, size + 1)))
+                outer.append(sub)
+        inner_dims: list[int | None] = []
+        items: list[e.Expression] = []
+        for index in _product(chosen):
+            inner_dims = []
+            items.append(self._member(i, component, index, inner_dims))
+        if not items:  # an empty array: its elements have the sizes of the prototype
+            self._member(i, component, (), inner_dims)
+        written = [len(one) for one, sub in zip(chosen, (*subs, *[e.Colon()] * len(sizes)), strict=False)
+                   if not isinstance(sub, e.Const)]  # fmt: skip
+        dims += [*rest, *inner_dims]
+        x = nested(items, written)
+        return x if all(isinstance(sub, e.Colon) for sub in outer) else e.Subscript(x, tuple(outer))
+
+    def _members(self, sub: e.Expression, size: int) -> list[int] | None:
+        """The indices of a slice; None for a single index that varies."""
+        if isinstance(sub, e.Colon):
+            return list(range(1, size + 1))
+        try:
+            value = self.here.context.value(sub)
+        except NotKnown:
+            return None
+        return [int(i) for i in value] if hasattr(value, "__len__") else None
+
+
+def _product(chosen: Sequence[list[int]]) -> list[Index]:
+    found: list[Index] = [()]
+    for members in chosen:
+        found = [(*index, i) for index in found for i in members]
+    return found
+
+
+def with_field(here: "Expressions", base: Typed, name: str, at: int) -> Typed:
+    """A field of a record that is the value of an expression."""
+    instance = base.type.instance
+    if base.type.name != "record" or instance is None or name not in instance.elements:
+        raise here.error(at, f"a value of type {base.type} has no field {name}.")
+    component = instance.elements[name]
+    assert isinstance(component, ComponentElement)
+    names = [one.name for one in instance.components()]
+    dims = (*base.dims, *here.context.sizes(component))
+    return Typed(field(base.x, name, names), type_of(component.prototype), dims, base.variability)

@@ -1,0 +1,539 @@
+"""Values that decide the structure of a model: sizes, conditions, ranges (Modelica 3.6, sections 4.4 to 4.6, 5.4)."""
+
+import contextlib
+import dataclasses
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .._syntax import expressions as e
+from .._translate.evaluate import evaluate
+from .._translate.functions import Library
+from .._translate.scope import NotKnown, Scope
+from .._translate.values import Value, plain
+from . import tree as t
+from .classes import ComponentElement, Instance, Top
+from .expressions import Expressions
+from .functions import Functions
+from .modifiers import Binding, Index
+from .references import literal
+from .typed import VARIABILITY, Dims, Typed, accepts, element, field, indices, nested, same_dims, type_of, written_dims
+
+if TYPE_CHECKING:
+    from .connections import Connections
+    from .overconstrained import Graph
+    from .streams import Streams
+
+_SMALL = 16  # elements of constant arrays that are written where they are used
+
+
+class Context:
+    """What is known of a model while it is flattened."""
+
+    def __init__(self, top: Top) -> None:
+        self.top = top
+        self.functions = Functions(self)
+        self.enumerations: dict[str, int] = {}
+        self.selecting: dict[e.Expression, None] = {}
+        self.connections: Connections | None = None
+        self.graph: Graph | None = None
+        self.streams: Streams | None = None
+        self.added: dict[str, ComponentElement] = {}  # inner components that the model lacks
+        self.constants: dict[str, ComponentElement] = {}  # of packages, by path
+        self._known: dict[str, tuple[ComponentElement, Index]] = {}
+        self._library = Library(self.functions, _Names(self))
+        self._values: dict[str, Value] = {}
+        self._pending: set[str] = set()
+
+    def value(self, x: e.Expression) -> Value:
+        """The value of an expression. Raises `NotKnown`, or `ModelError` if it has none."""
+        if isinstance(x, e.Const):
+            return x.value
+        found = evaluate(x, Scope(self._library, locals=_Names(self)))
+        return plain(found[0] if isinstance(found, tuple) else found)
+
+    def select(self, x: e.Expression) -> None:
+        """Notes that the structure of the model depends on a value."""
+        if not isinstance(x, e.Const):
+            self.selecting[x] = None
+
+    # Components
+
+    def register(self, component: ComponentElement, *, is_written: bool = False) -> None:
+        """Makes the value of a component known by its path. A constant of a package becomes a variable, unless its
+        value `is_written` where it is used.
+        """
+        path = component.path
+        self._known.setdefault(path, (component, ()))
+        if component.holder.whole.is_class and not is_written:
+            self.constants[path] = component
+
+    def sizes(self, component: ComponentElement) -> Dims:
+        """The size of a component: None for sizes of a function that depend on its inputs."""
+        if component.dims is None:
+            key = f"size {component.path}"
+            if key in self._pending:
+                raise component.error(f"the size of {component.name} depends on itself.")
+            self._pending.add(key)
+            try:
+                component.dims = self._sizes(component, {})
+            finally:
+                self._pending.discard(key)
+        return component.dims
+
+    def size(self, component: ComponentElement, i: int) -> int | None:
+        """One size of a component, on which another one may depend."""
+        if component.dims is not None or i >= len(component.tree.dims) or component.replaced is not None:
+            return self.sizes(component)[i]
+        key = f"size {i} of {component.path}"
+        if key in self._pending:
+            raise component.error(f"the size of {component.name} depends on itself.")
+        self._pending.add(key)
+        try:
+            size = component.tree.dims[i]
+            if isinstance(size, t.Whole):
+                return self._implied(component, i)
+            return self._size(component, component.scope, size, {})
+        finally:
+            self._pending.discard(key)
+
+    def sizes_with(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
+        """The size of an output of a function for some inputs."""
+        return self._sizes(component, names)
+
+    def _sizes(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
+        stated = [(component.scope, size) for size in component.tree.dims]
+        if component.replaced is not None and not stated:
+            stated = [(component.holder, size) for size in component.replaced.dims]
+        for scope, sizes in component.prototype.type_dims():
+            stated += [(scope, size) for size in sizes]
+        found: list[int | None] = []
+        for i, (scope, size) in enumerate(stated):
+            if isinstance(size, t.Whole):
+                found.append(self._implied(component, i))
+            else:
+                found.append(self._size(component, scope, size, names))
+        return tuple(found)
+
+    def _size(
+        self, component: ComponentElement, scope: Instance, size: t.Expression, names: Mapping[str, Typed]
+    ) -> int | None:
+        here = Expressions(self, scope, names)
+        if isinstance(size, t.Reference):
+            counted = here._range_of_type(size) if self._is_class(here, size) else None
+            if counted is not None:
+                return counted[0].dims[0]
+        value = here.single(size)
+        if value.type.name != "Integer" or value.dims:
+            raise here.error(size.at, f"a size must be an Integer, not of type {value.type}.")
+        if value.variability > 1 and not component.is_local:
+            raise here.error(size.at, f"the size of {component.name} is not a constant or parameter.")
+        try:
+            number = int(self.value(value.x)) if value.variability <= 1 else None
+        except NotKnown as missing:
+            if component.is_local:
+                return None
+            raise here.error(
+                size.at, f"the size of {component.name} needs a value that is not known: {missing}."
+            ) from None
+        if number is None:
+            return None
+        if number < 0:
+            raise here.error(size.at, f"the size of {component.name} is {number}.")
+        self.select(value.x)
+        return number
+
+    def _is_class(self, here: Expressions, size: t.Reference) -> bool:
+        from .classes import ClassElement
+
+        if size.parts[0].name in here.names:
+            return False
+        found = here.scope.find(size.parts[0].name)
+        if not isinstance(found, ClassElement):
+            return False
+        from .references import find
+
+        return isinstance(find(here, size), ClassElement)
+
+    def _implied(self, component: ComponentElement, i: int) -> int | None:
+        """A size `:`, from the value of the component."""
+        if component.is_local:
+            value = None if component.causality == "input" else self._own_binding(component)
+            return None if value is None or i >= len(value.dims) else value.dims[i]
+        value = self._own_binding(component)
+        if value is None:
+            value = self._sized_attribute(component)
+        if value is None:
+            raise component.error(f"the size `:` of {component.name} needs a value that gives it.")
+        if i >= len(value.dims):
+            raise component.error(f"the value of {component.name} has {len(value.dims)} dimensions only.")
+        size = value.dims[i]
+        if size is None:
+            try:
+                size = np.shape(self.value(value.x))[i]
+            except NotKnown as missing:
+                raise component.error(f"the size `:` of {component.name} is not known, because {missing}.") from None
+        return size
+
+    def _sized_attribute(self, component: ComponentElement) -> Typed | None:
+        """An attribute with the values of all elements, from which a size follows, too."""
+        for name in component.prototype.attributes():
+            found = self.attribute(component, name)
+            if found is not None and found.dims:
+                return found
+        return None
+
+    def is_present(self, component: ComponentElement) -> bool:
+        """Whether the condition of a component holds, and those of the components around it."""
+        if component.is_present is None:
+            component.is_present = self._condition(component)
+        return component.is_present
+
+    def _condition(self, component: ComponentElement) -> bool:
+        condition = component.condition
+        if condition is None:
+            return True
+        here = Expressions(self, component.condition_scope)
+        value = here.boolean(condition, f"the condition of {component.name}")
+        if value.variability > 1:
+            raise here.error(condition.at, f"the condition of {component.name} is not a constant or parameter.")
+        try:
+            truth = bool(self.value(value.x))
+        except NotKnown as missing:
+            raise here.error(
+                condition.at, f"the condition of {component.name} needs a value that is not known: {missing}."
+            ) from None
+        self.select(value.x)
+        return truth
+
+    def inner(self, component: ComponentElement, scope: Instance, at: int) -> ComponentElement:
+        """The inner component of an outer one (section 5.4). Without one, the model gets a default one."""
+        if component.marks.get("inner") is not None:
+            return component.marks["inner"]
+        around = component.parent
+        while around is not None:
+            found = around.holder.whole.elements.get(component.name)
+            if isinstance(found, ComponentElement) and found.is_inner:
+                break
+            around = around.parent
+        else:
+            found = self._default_inner(component, scope, at)
+        if found.is_outer and not found.is_inner:
+            found = self.inner(found, scope, at)
+        component.marks["inner"] = found
+        return found
+
+    def _default_inner(self, component: ComponentElement, scope: Instance, at: int) -> ComponentElement:
+        root = self.top.root
+        assert root is not None
+        known = root.elements.get(component.name)
+        if isinstance(known, ComponentElement) and known.is_inner:
+            return known
+        if component.name not in self.added:
+            if component.prototype.tree.is_partial:
+                raise component.error(
+                    f"the outer component {component.path} has no inner component {component.name} around it, and its "
+                    "class is partial."
+                )
+            tree = dataclasses.replace(component.tree, is_inner=True, is_outer=False, condition=None)
+            self.added[component.name] = ComponentElement(tree, component.scope, None, root)
+        return self.added[component.name]
+
+    # Values of components
+
+    def constant(self, component: ComponentElement) -> e.Expression | None:
+        """The value of a constant as literals; None for other components, and for large arrays."""
+        if component.variability != "constant":
+            return None
+        kind = type_of(component.prototype)
+        if kind.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
+            return None
+        dims = self.sizes(component)
+        if None in dims or int(np.prod([n or 0 for n in dims])) > _SMALL:
+            return None
+        try:
+            value = self.value_of(component)
+        except NotKnown:
+            return None
+        if not dims:
+            return self._literal(component, value)
+        items = np.broadcast_to(np.asarray(value), [n or 0 for n in dims]).reshape(-1)
+        return nested([self._literal(component, plain(item)) for item in items], [n or 0 for n in dims])
+
+    def _literal(self, component: ComponentElement, value: Value) -> e.Expression:
+        kind = type_of(component.prototype)
+        if kind.name == "enumeration":
+            assert kind.instance is not None
+            return literal(Expressions(self, component.scope), kind.instance, int(value)).x
+        if kind.name == "Real":
+            return e.Const(float(value))
+        return e.Const(value)
+
+    def binding(self, component: ComponentElement) -> Typed | None:
+        """The value of a component in its declaration or a modifier, of the type and size of the component."""
+        if "binding" not in component.marks:
+            key = f"binding {component.path}"
+            if key in self._pending:
+                raise component.error(f"the value of {component.name} depends on itself.")
+            self._pending.add(key)
+            try:
+                component.marks["binding"] = self._checked_binding(component)
+            finally:
+                self._pending.discard(key)
+        return component.marks["binding"]
+
+    def _checked_binding(self, component: ComponentElement) -> Typed | None:
+        value = self._own_binding(component)
+        if value is None:
+            return None
+        kind = type_of(component.prototype)
+        if kind.name == "component":
+            raise component.error(f"{component.name} is a {component.prototype.kind}, which has no value.")
+        place = component.modifier.binding if component.modifier and component.modifier.binding else None
+        error = place.error if place else component.error
+        if not accepts(kind, value.type):
+            raise error(f"{component.name} is of type {kind}, but its value is of type {value.type}.")
+        dims = self.sizes(component)
+        if not same_dims(value.dims, dims):
+            if component.modifier and component.modifier.binding and component.modifier.binding.is_each:
+                return self._each(value, dims)
+            raise error(
+                f"{component.name} has size {written_dims(dims)}, but its value has size {written_dims(value.dims)}."
+            )
+        return value
+
+    def _each(self, value: Typed, dims: Dims) -> Typed:
+        """A value with `each` for all elements of an array."""
+        sizes = [n or 0 for n in dims[: len(dims) - len(value.dims)]]
+        return value._replace(x=nested([value.x] * int(np.prod(sizes)), sizes), dims=dims)
+
+    def _own_binding(self, component: ComponentElement) -> Typed | None:
+        if "own" not in component.marks:
+            component.marks["own"] = self._found_binding(component)
+        return component.marks["own"]
+
+    def _found_binding(self, component: ComponentElement) -> Typed | None:
+        own = component.modifier.binding if component.modifier else None
+        if own is None or not self._has_own(component):
+            found = self._from_record(component)
+            if found is not None:
+                return found
+        if own is None or isinstance(own.expression, t.NoValue):
+            return None
+        return self.bound(own)
+
+    def _has_own(self, component: ComponentElement) -> bool:
+        """Whether a modifier of a record gives the value of its field, with priority over that of the record."""
+        record = component.parent
+        modifier = record.modifier.get(component.name) if record is not None and record.modifier else None
+        return modifier is not None and modifier.binding is not None and not modifier.is_below
+
+    def bound(self, binding: Binding) -> Typed:
+        """The value of a modifier, for the element of the arrays that the modifier has passed."""
+        here = Expressions(self, binding.scope, binding.names)
+        value = here.single(binding.expression)
+        index = binding.indices
+        if not index:
+            return value
+        if len(value.dims) < len(index):
+            raise here.error(
+                binding.at, "the modifier of an array of components needs `each`, or a value for each of them."
+            )
+        for i, size in zip(index, value.dims, strict=False):
+            if size is not None and i > size:
+                raise here.error(binding.at, f"the modifier has {size} values, but there are more components.")
+        x = element(value.x, [e.Const(i) for i in index])
+        return value._replace(x=x, dims=value.dims[len(index) :])
+
+    def _from_record(self, component: ComponentElement) -> Typed | None:
+        """The value of a field from that of the record around it."""
+        record = component.parent
+        if record is None or type_of(record.prototype).name != "record":
+            return None
+        whole = self.binding(record)
+        if whole is None:
+            return None
+        index = _index(component.holder.path)
+        if whole.dims and index:
+            x = element(whole.x, [e.Const(i) for i in index])
+            whole = whole._replace(x=x, dims=whole.dims[len(index) :])
+        return self.field(whole, component.name)
+
+    def field(self, record: Typed, name: str) -> Typed | None:
+        """A field of a record; None if its class has none of this name."""
+        instance = record.type.instance
+        assert instance is not None
+        inner = instance.elements.get(name)
+        if not isinstance(inner, ComponentElement):
+            return None
+        names = [one.name for one in instance.components()]
+        if isinstance(record.x, e.FunctionCall) and record.x.is_constructor and record.results:
+            return record.results[names.index(name)]
+        if isinstance(record.x, e.Ref) and not record.x.subs and not record.dims:
+            found = self._field_of(record.x.name, name)
+            if found is not None:
+                inner = found
+                self.register(inner)
+        x = field(record.x, name, names)
+        sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
+        if None in sizes and record.variability <= 1:
+            with contextlib.suppress(NotKnown):
+                sizes = np.shape(self.value(x))[len(record.dims) :]
+        variability = min(record.variability, VARIABILITY[inner.variability])
+        return Typed(x, type_of(inner.prototype), (*record.dims, *sizes), variability)
+
+    def _field_of(self, path: str, name: str) -> ComponentElement | None:
+        """The field of a record at a path of the model."""
+        base, index = path, ()
+        if base not in self._known and path.endswith("]"):
+            base, index = path[: path.rindex("[")], _index(path)
+        if base not in self._known:
+            return None
+        inner = self._known[base][0].member(index).elements.get(name)
+        return inner if isinstance(inner, ComponentElement) else None
+
+    def formal_sizes(self, component: ComponentElement) -> Dims:
+        """The size of an input of a function, or of a field of a record, as far as it is the same for all values."""
+        if component.is_local:
+            return self.sizes(component)
+        stated: list[tuple[Instance, t.Expression]] = [(component.scope, size) for size in component.tree.dims]
+        for scope, sizes in component.prototype.type_dims():
+            stated += [(scope, size) for size in sizes]
+        return tuple(int(size.value) if isinstance(size, t.Literal) else None for _, size in stated)
+
+    def attribute(self, component: ComponentElement, name: str) -> Typed | None:
+        """The value of an attribute, such as `start`."""
+        modifier = component.prototype.attributes().get(name)
+        if modifier is None or modifier.binding is None or isinstance(modifier.binding.expression, t.NoValue):
+            return None
+        return self.bound(modifier.binding)
+
+    def default(self, formal: ComponentElement, names: Mapping[str, Typed]) -> Typed | None:
+        """The default of an input of a function or constructor, for some other inputs."""
+        binding = formal.modifier.binding if formal.modifier else None
+        if binding is not None:
+            return Expressions(self, binding.scope, names).single(binding.expression)
+        if type_of(formal.prototype).name == "record" and not self.sizes(formal):
+            return self.record_of(formal, names)
+        return None
+
+    def record_of(self, formal: ComponentElement, names: Mapping[str, Typed]) -> Typed | None:
+        """A record from the values of its fields in the modifiers of a component."""
+        instance = formal.prototype
+        values = [self.default(one, names) for one in instance.components()]
+        if any(value is None for value in values):
+            return None
+        known = [value for value in values if value is not None]
+        name = self.functions.request_record(instance)
+        variability = max((value.variability for value in known), default=0)
+        return Typed(e.FunctionCall(name, tuple(v.x for v in known), True), type_of(instance), (), variability)
+
+    def value_of(self, component: ComponentElement) -> Value:
+        """The value of a constant or parameter. Raises `NotKnown`."""
+        path = component.path
+        if path in self._values:
+            return self._values[path]
+        if component.variability not in ("constant", "parameter"):
+            raise NotKnown(f"{path} is a variable")
+        if path in self._pending:
+            raise component.error(f"the value of {path} depends on itself.")
+        self._pending.add(path)
+        try:
+            self._values[path] = self._value(component)
+        finally:
+            self._pending.discard(path)
+        return self._values[path]
+
+    def _value(self, component: ComponentElement) -> Value:
+        kind = type_of(component.prototype)
+        bound = self.binding(component)
+        if bound is not None:
+            return self._as_type(kind.name, self.value(bound.x))
+        if kind.name == "record":
+            return self._record_value(component)
+        fixed = self.attribute(component, "fixed")
+        if fixed is not None and self.value(fixed.x) is False:
+            raise NotKnown(f"{component.path} is not fixed")
+        start = self.attribute(component, "start")
+        if start is None or component.variability == "constant":
+            raise NotKnown(f"{component.path} has no value")
+        value = self._as_type(kind.name, self.value(start.x))
+        dims = [n or 0 for n in self.sizes(component)]
+        return np.broadcast_to(np.asarray(value), dims) if dims else value
+
+    def _as_type(self, name: str, value: Value) -> Value:
+        if name == "Real" and isinstance(value, int) and not isinstance(value, bool):
+            return float(value)
+        return value
+
+    def _record_value(self, component: ComponentElement) -> Value:
+        sizes = [n or 0 for n in self.sizes(component)]
+        values: list[dict[str, Value]] = []
+        for index in indices(sizes):
+            member = component.member(index)
+            values.append({one.name: self.value_of(one) for one in member.components()})
+        if not sizes:
+            return values[0]
+        names = [one.name for one in component.prototype.components()]
+        return {
+            name: np.array([one[name] for one in values]).reshape(*sizes, *np.shape(values[0][name])) for name in names
+        }
+
+    def find(self, path: str) -> ComponentElement | None:
+        found = self._known.get(path)
+        return found[0] if found else None
+
+    def known_value(self, path: str) -> Value:
+        """The value at a path. Raises `KeyError`."""
+        if path in self.enumerations:
+            return self.enumerations[path]
+        found = self._known.get(path)
+        if found is None:
+            base, bracket, index = path.rpartition("[")
+            if not bracket or not path.endswith("]") or base not in self._known:
+                raise KeyError(path)
+            component = self._known[base][0]
+            numbers = [int(i) for i in index[:-1].split(",")]
+            whole = self._record_value(component) if self.binding(component) is None else self.value_of(component)
+            return _member_value(whole, [i - 1 for i in numbers])
+        return self.value_of(found[0])
+
+
+def _member_value(value: Value, index: Sequence[int]) -> Value:
+    if isinstance(value, dict):
+        return {name: _member_value(item, index) for name, item in value.items()}
+    return plain(value[tuple(index)])
+
+
+def _index(path: str) -> Index:
+    """The index at the end of a path."""
+    if not path.endswith("]"):
+        return ()
+    return tuple(int(i) for i in path[path.rindex("[") + 1 : -1].split(","))
+
+
+class _Names(Mapping[str, Value]):
+    """The known values by name, for `evaluate`."""
+
+    def __init__(self, context: Context) -> None:
+        self._context = context
+
+    def __getitem__(self, name: str) -> Value:
+        try:
+            return self._context.known_value(name)
+        except NotKnown as missing:
+            raise KeyError(name) from missing
+
+    def __contains__(self, name: object) -> bool:
+        try:
+            self._context.known_value(str(name))
+        except KeyError:
+            return False
+        return True
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(())
+
+    def __len__(self) -> int:
+        return 0

@@ -1,0 +1,153 @@
+"""Connections, streams, overconstrained and expandable connectors (Modelica 3.6, chapters 9 and 15)."""
+
+import pytest
+from flat_text import equations, flat, variables
+
+from acausal.modelica import ModelicaError
+
+PIN = "connector Pin Real v; flow Real i; end Pin; model R Pin p, n; end R; "
+
+
+def test_potentials_are_equal_and_flows_add_to_zero() -> None:
+    assert equations(
+        PIN + "model M R a, b, c; equation connect(a.p, b.p); connect(b.p, c.p); connect(a.n, b.n); end M;"
+    ) == [
+        "a.p.v = b.p.v",
+        "a.p.v = c.p.v",
+        "a.n.v = b.n.v",
+        "((a.p.i + b.p.i) + c.p.i) = 0",
+        "(a.n.i + b.n.i) = 0",
+        "c.n.i = 0",
+    ]
+
+
+def test_the_flow_of_a_connector_of_the_model_has_the_other_sign_inside() -> None:
+    text = (
+        PIN + "model A Pin q; R r; equation connect(q, r.p); end A; model M A a, b; equation connect(a.q, b.q); end M;"
+    )
+    assert {one for one in equations(text) if ".i" in one and "r.n" not in one} == {
+        "(-a.q.i + a.r.p.i) = 0",
+        "(-b.q.i + b.r.p.i) = 0",
+        "(a.q.i + b.q.i) = 0",
+    }
+
+
+def test_arrays_of_connectors() -> None:
+    text = PIN + "model M R r[3]; equation for i in 1:2 loop connect(r[i].n, r[i + 1].p); end for; end M;"
+    assert equations(text)[:2] == ["r[1].n.v = r[2].p.v", "r[2].n.v = r[3].p.v"]
+    whole = PIN + "model M R r[2]; R s[2]; equation connect(r.n, s.p); end M;"
+    assert equations(whole)[:2] == ["r[1].n.v = s[1].p.v", "r[2].n.v = s[2].p.v"]
+
+
+def test_arrays_of_signals_stay_together_unless_elements_are_connected() -> None:
+    text = """
+        connector In = input Real; connector Out = output Real;
+        model B In u[2]; Out y[2]; end B;
+        model M B a, b; equation connect(a.y, b.u); end M;
+        model N B a, b; equation connect(a.y[1], b.u[2]); connect(a.y[2], b.u[1]); end N;"""
+    assert equations(text) == ["a.y = b.u"]
+    assert equations(text, "N") == ["a.y[1] = b.u[2]", "a.y[2] = b.u[1]"]
+
+
+def test_a_connection_of_an_absent_component_is_absent() -> None:
+    text = (
+        PIN
+        + "model M parameter Boolean b = false; R a, c; R d if b; equation connect(a.p, d.p); connect(a.p, c.p); end M;"
+    )
+    assert equations(text)[0] == "a.p.v = c.p.v"
+
+
+STREAM = """
+    connector Port Real p; flow Real m; stream Real h; end Port;
+    model V Port a; Real y = inStream(a.h); Real z = actualStream(a.h); equation a.h = 1; end V; """
+
+
+def test_streams_of_one_two_and_three_connectors() -> None:
+    one = variables(STREAM + "model M V a; end M;")
+    assert one["a.y"] == "a.a.h"
+    two = variables(STREAM + "model M V a, b; equation connect(a.a, b.a); end M;")
+    assert two["a.y"] == "b.a.h"
+    assert two["a.z"] == "if (a.a.m > 0.0) then b.a.h else a.a.h"
+    three = variables(STREAM + "model M V a, b, c; equation connect(a.a, b.a); connect(a.a, c.a); end M;")
+    flows = "Max(-b.a.m, 1e-07)", "Max(-c.a.m, 1e-07)"
+    assert three["a.y"] == f"((({flows[0]} * b.a.h) + ({flows[1]} * c.a.h)) / ({flows[0]} + {flows[1]}))"
+
+
+def test_streams_through_the_connector_of_a_model() -> None:
+    text = (
+        STREAM
+        + "model A Port q; V v; equation connect(q, v.a); end A; model M A a; V b; equation connect(a.q, b.a); end M;"
+    )
+    assert "a.q.h = a.v.a.h" in equations(text)
+    assert variables(text)["a.v.y"] == "b.a.h"
+
+
+LOOP = """
+    record O Real t[2];
+      function equalityConstraint input O a; input O b; output Real r[1]; algorithm r := {a.t[1] - b.t[1]};
+      end equalityConstraint; end O;
+    connector F O o; flow Real f; end F;
+    model Root F a; Real x; equation Connections.root(a.o); a.o.t = {1, 2};
+      x = if Connections.isRoot(a.o) then 1 else 2; end Root;
+    model Rod F a, b; Boolean r = Connections.rooted(a.o); equation Connections.branch(a.o, b.o); a.o = b.o; end Rod;"""
+
+
+def test_loops_of_overconstrained_connectors_are_broken() -> None:
+    text = (
+        LOOP
+        + """
+        model M Root w; Rod a, b; equation connect(w.a, a.a); connect(w.a, b.a); connect(a.b, b.b); end M;"""
+    )
+    found = equations(text)
+    assert "w.a.o.t = a.a.o.t" in found
+    assert "w.a.o.t = b.a.o.t" in found
+    assert "Zeros(1) = O.equalityConstraint(a.b.o, b.b.o)" in found
+    assert not any(one.startswith("a.b.o.t") for one in found if "b.b.o.t" in one)
+    assert "w.x = 1" in found
+    assert variables(text)["a.r"] == "true"
+
+
+def test_expandable_connectors_get_the_elements_that_are_connected() -> None:
+    text = """
+        connector In = input Real; connector Out = output Real;
+        expandable connector Bus end Bus;
+        model S Out y = 1; end S; model T In u; end T;
+        model A Bus bus; S s; equation connect(s.y, bus.speed); end A;
+        model M Bus bus; A a; T t; equation connect(bus, a.bus); connect(bus.speed, t.u); end M;"""
+    found = flat(text)
+    assert found.variables["bus.speed"].is_expandable
+    assert {"bus.speed", "a.bus.speed"} <= found.variables.keys()
+    assert len(equations(text)) == 3  # of four signals
+
+
+AB = "connector A {a}; end A; connector B {b}; end B; model M A a; B b; equation connect(a, b); end M;"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (
+            AB.format(a="Real x", b="Real y"),
+            "do not match",
+        ),
+        (
+            AB.format(a="Real x", b="flow Real x"),
+            "do not match",
+        ),
+        ("connector A Real x; end A; model M A a; A b[2]; equation connect(a, b); end M;", "different sizes"),
+        (
+            AB.format(a="Real x[2]", b="Real x[3]"),
+            "different sizes",
+        ),
+        (
+            AB.format(a="Real x", b="Integer x"),
+            "of type Real",
+        ),
+        ("model A Real x; end A; model M A a, b; equation connect(a, b); end M;", "is a model, not a connector"),
+        ("model M Real x, y; equation connect(x, y); end M;", "not a connector"),
+    ],
+)
+def test_connectors_that_do_not_match_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ModelicaError, match=message) as found:
+        flat(text)
+    assert str(found.value).startswith("<model>.mo:1:")

@@ -1,0 +1,211 @@
+"""Expressions, equations, statements and functions (Modelica 3.6, chapters 3, 8, 10, 11, 12 and 14)."""
+
+import pytest
+from flat_text import equations, flat, text, variables
+
+from acausal.modelica import ModelicaError
+
+
+def test_arrays_stay_together_and_arrays_of_components_are_written_out() -> None:
+    source = """
+        model A Real x; Real y[2]; end A;
+        model M parameter Integer n = 2; A a[n]; Real v[n], w[2, n];
+        equation v = a.x; for i in 1:n loop a[i].x = i*time; a[i].y = {i, 2}; end for; w = a.y; end M;"""
+    assert equations(source) == [
+        "v = {a[1].x, a[2].x}",
+        "a[1].x = (1 * time)",
+        "a[1].y = {1, 2}",
+        "a[2].x = (2 * time)",
+        "a[2].y = {2, 2}",
+        "w = {a[1].y, a[2].y}",
+    ]
+
+
+def test_sizes_conditions_and_ranges_follow_parameters_and_functions() -> None:
+    source = """
+        function count input Integer n; output Integer m = 0;
+        algorithm for i in 1:n loop m := m + i; end for; end count;
+        model M
+          parameter Integer n = count(2); parameter Boolean b = n > 2; Real x[n], y[size(x, 1) - 1] if b, z if not b;
+        equation x = {i^2 for i in 1:n}; if b then y = x[2:end]; end if; end M;"""
+    assert list(variables(source)) == ["n", "b", "x[3]", "y[2]"]
+    assert equations(source) == ["x = {(1 ^ 2), (2 ^ 2), (3 ^ 2)}", "y = x[{2, 3}]"]
+    assert {text(one) for one in flat(source).selecting} >= {"n", "b"}
+
+
+def test_sizes_from_values_and_from_other_sizes() -> None:
+    source = "model M parameter Real x[:, :] = [1, 2; 3, 4; 5, 6]; Real y[size(x, 2), 3]; Real z[size(z, 2), 2]; end M;"
+    assert list(variables(source)) == ["x[3, 2]", "y[2, 3]", "z[2, 2]"]
+
+
+def test_enumerations_as_sizes_indices_and_ranges() -> None:
+    source = """
+        type E = enumeration(a, b, c);
+        model M Real x[E]; E e = E.b; Real y; Boolean t[Boolean];
+        equation for i in E loop x[i] = Integer(i); end for; y = x[E.c]; t = {false, true}; end M;"""
+    assert equations(source) == ["x[1] = E.a", "x[2] = E.b", "x[3] = E.c", "y = x[3]", "t = {false, true}"]
+    found = flat(source)
+    assert found.variables["x"].dims == (3,)
+    assert found.variables["t"].dims == (2,)
+    assert found.enumerations["E.b"] == 2
+
+
+def test_if_equations_of_parameters_are_chosen_and_others_are_kept() -> None:
+    source = """
+        model M parameter Boolean b = false; parameter Real p = 1; Real x, y, z;
+        equation
+          if b then x = 1; else x = 2; end if;
+          if p > 0 then y = 1; else y = 2; end if;
+          if time > 1 then z = 1; elseif time > 0.5 then z = 2; else z = 3; end if;
+        end M;"""
+    assert equations(source) == [
+        "x = 2",
+        "if (p > 0) then (y - 1) else (y - 2) = 0",
+        "if (time > 1) then (z - 1) elseif (time > 0.5) then (z - 2) else (z - 3) = 0",
+    ]
+
+
+def test_branches_with_vectors_and_scalars_are_matched_by_elements() -> None:
+    source = """
+        model M Real v[2]; equation if time > 1 then v = {1, 2}; else v[1] = 3; v[2] = 4; end if; end M;"""
+    assert equations(source) == [
+        "if (time > 1) then (v[1] - 1) else (v[1] - 3) = 0",
+        "if (time > 1) then (v[2] - 2) else (v[2] - 4) = 0",
+    ]
+
+
+def test_when_clauses_and_assertions() -> None:
+    source = """
+        model M Real x; discrete Real d; Integer n;
+        equation
+          der(x) = 1; assert(x < 5, "too large");
+          if x > 2 then assert(x < 3, "no"); end if;
+          when {x > 1, time > 2} then d = pre(d) + 1; reinit(x, 0); elsewhen x > 2 then d = 0; end when;
+          when time > 1 then for i in 1:2 loop if i == 2 then n = i; end if; end for; end when;
+        end M;"""
+    found = flat(source)
+    assert [text(one) for one in found.whens] == [
+        "when {(x > 1), (time > 2)} then d := (Pre(d) + 1); reinit(x, 0) elsewhen (x > 2) then d := 0 end when",
+        "when (time > 1) then n := 2 end when",
+    ]
+    assert [text(one) for one in found.asserts] == [
+        "assert((x < 5), 'too large')",
+        "assert((not (x > 2) or (x < 3)), 'no')",
+    ]
+
+
+def test_algorithms() -> None:
+    source = """
+        model A Real x; end A;
+        model M A a[2]; Real y, z[2];
+        algorithm y := 0; for i in 1:2 loop a[i].x := i; y := y + a[i].x; end for; z[2] := y;
+          while y > 1 loop y := y/2; end while; if y > 0 then z[1] := 1; else z[1] := 2; end if;
+        end M;"""
+    (algorithm,) = flat(source).algorithms
+    assert algorithm.outputs == ("y", "a[1].x", "a[2].x", "z")
+    assert text(algorithm.body) == (
+        "y := 0; a[1].x := 1; y := (y + a[1].x); a[2].x := 2; y := (y + a[2].x); z[2] := y; While; "
+        "if (y > 0) then z[1] := 1 else z[1] := 2 end if"
+    )
+
+
+def test_functions_with_records_defaults_and_several_results() -> None:
+    source = """
+        record R Real x = 1; Real y[2]; end R;
+        function f input R r; input Real k = 2; output Real s; output Real t = 5; protected Real q[size(r.y, 1)];
+        algorithm q := r.y; s := k*r.x + q[1]; end f;
+        model M R r(y = {1, 2}); Real a, b; equation (a, b) = f(r); f(R(y = {3, 4}), k = 1) = b + 1; end M;"""
+    assert equations(source) == ["(a, b) = f(r)", "f(R(1, {3, 4}), 1) = (b + 1)"]
+    function = flat(source).functions["f"]
+    assert [(one.name, one.type) for one in function.inputs] == [("r", "R"), ("k", "Real")]
+    assert text(function.body) == "q := r.y; s := ((k * r.x) + q[1])"
+
+
+def test_functions_as_arguments_get_a_copy_of_the_function() -> None:
+    source = """
+        partial function F input Real x; output Real y; end F;
+        function g input Real x; input Real k; output Real y; algorithm y := k*x; end g;
+        function twice input F f; input Real x; output Real y; algorithm y := f(f(x)); end twice;
+        model M parameter Real p = 3; Real y = twice(function g(k = p), time); end M;"""
+    assert variables(source)["y"] == "twice(f=g|k)(time, p)"
+    assert text(flat(source).functions["twice(f=g|k)"].body) == "y := g(g(x, f__k), f__k)"
+
+
+def test_records_are_equal_by_their_fields() -> None:
+    source = """
+        record R Real a; Real b; end R;
+        function f output R r; algorithm r.a := 1; r.b := 2; end f;
+        model M R r, s, t; parameter R p = R(1, 2); parameter R q = p;
+        equation r = s; t = f(); s = R(b = 3, a = 4); end M;"""
+    assert equations(source) == ["r.a = s.a", "r.b = s.b", "t = f()", "s.a = 4", "s.b = 3"]
+    found = variables(source)
+    assert (found["p.a"], found["p.b"], found["q.a"], found["q.b"]) == ("1", "2", "p.a", "p.b")
+
+
+def test_the_value_of_a_record_replaces_those_of_its_fields() -> None:
+    source = """
+        record R parameter Real x = 1; parameter Real y = 2; end R;
+        model A parameter R r = R(5, 6); end A;
+        model M A a; A b(r(x = 7)); A c(r = R(8, 9)); parameter R v[2] = {R(1, 2), R(3, 4)}; end M;"""
+    assert variables(source) == {
+        "a.r.x": "5", "a.r.y": "6", "b.r.x": "7", "b.r.y": "6", "c.r.x": "8", "c.r.y": "9",
+        "v[1].x": "1", "v[1].y": "2", "v[2].x": "3", "v[2].y": "4",
+    }  # fmt: skip
+
+
+def test_operators_of_records() -> None:
+    source = """
+        operator record V Real a;
+          encapsulated operator '+' function add import V; input V x; input V y; output V z;
+            algorithm z := V(x.a + y.a); end add; end '+';
+          encapsulated operator 'constructor' function of import V; input Real r; output V z(a = r); algorithm end of;
+          end 'constructor';
+        end V;
+        model M V x, y, z; equation x = y + z; y = x + 1; end M;"""
+    assert equations(source) == ["x = V.'+'.add(y, z)", "y = V.'+'.add(x, V.'constructor'.of(1))"]
+
+
+@pytest.mark.parametrize(
+    ("text_of_model", "message"),
+    [
+        ("Real x[2] = {1, 2, 3};", r"x has size \[2\], but its value has size \[3\]"),
+        ("Real x = true;", "x is of type Real, but its value is of type Boolean"),
+        ("Integer n = 1.5;", "n is of type Integer, but its value is of type Real"),
+        ("parameter Real p = time;", "p is a parameter, but its value varies"),
+        ("Real x[2]; equation x = 1;", r"different sizes: \[2\] and a scalar"),
+        ('Real x; equation x = "a";', "different types: Real and String"),
+        ("Real x = {1, 2} + {1, 2, 3};", "`\\+` cannot have"),
+        ("Real x = {1, true};", "the elements of the array have different types"),
+        ("Real x[2]; Real y = x[3];", "the subscript 3 is out of bounds: the size is 2"),
+        ("Real x; Real y = x[1];", "x has 0 dimensions, but 1 subscripts"),
+        ("Real x = sin(1, 2);", "`sin` has 2 arguments"),
+        ("Real x = if 1 then 2 else 3;", "must be a Boolean scalar"),
+        ("Real x[-1];", "the size of x is -1"),
+        ("Real n; Real x[n];", "a size must be an Integer"),
+        ("Integer n; Real x[n];", "is not a constant or parameter"),
+        ("parameter Integer n; Real x[n];", "needs a value that is not known"),
+        ("Real x[:];", "needs a value that gives it"),
+        ("Real x[size(x, 1)];", "depends on itself"),
+        ("parameter Integer a = b; parameter Integer b = a; Real x[a];", "depends on itself"),
+        ("Real x; equation if time > 1 then x = 1; end if;", "different numbers of equations"),
+        ("parameter Real p = 1; algorithm p := 2;", "is a parameter, and cannot be assigned"),
+        ("Real x; algorithm x := {1, 2};", "x has size a scalar, and cannot get"),
+        ("Real x; equation reinit(x, 1);", "allowed in when-clauses only"),
+        (
+            "Real x; algorithm when time > 1 then when time > 2 then x := 1; end when; end when;",
+            "not allowed in `when`",
+        ),
+        ("Real x; equation when x then x = 1; end when;", "the condition of `when` must be Boolean"),
+        (
+            "Real x = f(1); function f input Real a; input Real b; output Real c; end f;",
+            "the input b of f gets no argument",
+        ),
+        ("Real x = f(1, b = 2); function f input Real a; output Real c; end f;", "f has no input b"),
+        ("Real x = f(true); function f input Real a; output Real c; end f;", "is of type Real, not Boolean"),
+        ("Real x = spatialDistribution(1, 2, 3, true);", "`spatialDistribution` is not supported"),
+    ],
+)
+def test_wrong_texts_are_refused_with_their_place(text_of_model: str, message: str) -> None:
+    with pytest.raises(ModelicaError, match=message) as found:
+        flat(f"model M {text_of_model} end M;")
+    assert str(found.value).startswith("<model>.mo:1:")
