@@ -47,12 +47,12 @@ class FixedDelay(SISO):
     Before the start of a run, u was constant: y is u at the start until T has passed; with `steady=False`, y is the
     start value of `before`. A jump of u is an event, and again one after T. The error of the history counts in the
     error control of the run. No step is longer than T, so a delay closes no algebraic loop, and a delay that is short
-    compared with the time span of the run is slow. A run fails if it takes more than n steps in T. If a returning jump
-    coincides with another event, such as that of a pulse of period T, derivatives with respect to T, the period and
-    other times of jumps are not reliable. `resume=True` continues a run with its history. A model with this block
-    cannot be linearised, exported as C code or run backwards; one with a `PadeDelay` can. Differential equations with a
-    delay are integrated by the method of steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`,
-    2003, ch. 3).
+    compared with the time span of the run is slow. A run fails if it takes more than n steps in T. Of several jumps
+    that enter at one instant, the derivatives behind the delay are those of one jump at the mean of their times,
+    weighted by their heights. `resume=True` continues a run with its history. A model with this block cannot be
+    linearised, exported as C code or run backwards; one with a `PadeDelay` can. Differential equations with a delay are
+    integrated by the method of steps (Bellen, Zennaro, `Numerical Methods for Delay Differential Equations`, 2003,
+    ch. 3).
     """
 
     T: Param[Scalar, "s", positive]  # delay

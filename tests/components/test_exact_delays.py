@@ -160,34 +160,128 @@ def test_jumps_that_return_together_after_one_long_delay_and_thirty_short_ones()
 @pytest.mark.parametrize("periods", [1.0, 2.0, 0.5, 1.0 / 3.0])
 def test_jumps_that_return_with_the_jumps_of_a_pulse(periods: float) -> None:
     """u = pulse + u(t - T)/2 over 100 periods. Jumps that coincide are one event, so there are as many steps as jumps
-    at different times; the derivative by the gain is that of the geometric series, in both modes.
+    at different times; the derivatives are those of the geometric series, in both modes.
     """
     P, T = 0.1, 0.1 * periods
 
-    def run(gain: Scalar, end: float, **options: Any) -> Any:
-        delay = blocks.FixedDelay(T=T, steady=False)
-        parts = (blocks.Pulse(amplitude=1.0, period=P), blocks.Sum(), delay, blocks.Gain(k=gain), blocks.Integrator())
-        return simulate(Rig(parts=parts, wiring=pulsed), end, **options)
+    def run(numbers: Any, end: float, **options: Any) -> Any:
+        gain, period, delay = numbers
+        source = blocks.Pulse(amplitude=1.0, period=period)
+        parts = (source, blocks.Sum(), blocks.FixedDelay(T=delay, steady=False), blocks.Gain(k=gain))
+        return simulate(Rig(parts=(*parts, blocks.Integrator()), wiring=pulsed), end, **options)
 
     t = P * (0.02 + 0.25 * np.arange(400))
     i = np.arange(60)
     ago = t[:, None] - i * T
     pulses = np.where(ago > 0.0, np.mod(ago, P) < 0.5 * P, 0.0)
-    solution = run(0.5, 100.0 * P, save=t)
+    solution = run((0.5, P, T), 100.0 * P, save=t)
     assert solution["parts[1].y.value"] == pytest.approx(pulses @ 0.5**i, abs=1e-12)
     assert solution.stats["num_steps"] < (650 if periods < 0.5 else 220)
 
     end = 30.25 * P
 
-    def integral(gain: Scalar) -> Scalar:
-        return run(gain, end, save="end").final.parts[4].x
+    def integral(numbers: Any) -> Scalar:
+        return run(numbers, end, save="end").final.parts[4].x
 
-    left = np.maximum(end - i * T, 0.0)
-    each = 0.5 * P * np.floor(left / P + 1e-9) + np.minimum(left - P * np.floor(left / P + 1e-9), 0.5 * P)
-    slope = np.sum(i[1:] * 0.5 ** (i[1:] - 1.0) * each[1:])
-    assert integral(0.5) == pytest.approx(np.sum(0.5**i * each), abs=1e-12)
-    assert jax.grad(integral)(0.5) == pytest.approx(slope, abs=1e-11)
-    assert jax.jacfwd(integral)(0.5) == pytest.approx(slope, abs=1e-11)
+    def exact(numbers: Any) -> Scalar:
+        gain, period, delay = numbers
+        left = jnp.maximum(end - i * delay, 0.0)
+        n = jnp.floor(left / period + 1e-9)
+        return jnp.sum(gain**i * (0.5 * period * n + jnp.minimum(left - period * n, 0.5 * period)))
+
+    numbers = jnp.array([0.5, P, T])
+    slopes = np.asarray(jax.grad(exact)(numbers))
+    assert integral(numbers) == pytest.approx(float(exact(numbers)), abs=1e-12)
+    assert jax.grad(integral)(numbers) == pytest.approx(slopes, abs=1e-9)
+    assert jax.jacfwd(integral)(numbers) == pytest.approx(slopes, abs=1e-9)
+
+
+class Paths(Component):
+    """Jumps of a step take many ways through two delays, around a loop without a state."""
+
+    step: blocks.Step
+    first: blocks.WeightedSum
+    second: blocks.WeightedSum
+    a: blocks.FixedDelay
+    b: blocks.FixedDelay
+    total: blocks.WeightedSum
+    integral: blocks.Integrator
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.step.y, self.first.u[0], self.second.u[0]),
+            connect(self.first.y, self.a.u),
+            connect(self.second.y, self.b.u),
+            connect(self.a.y, self.second.u[1], self.total.u[0]),
+            connect(self.b.y, self.first.u[1], self.total.u[1]),
+            connect(self.total.y, self.integral.u),
+        )
+
+
+LENGTHS = [(0.5, 0.7, 0.3), (0.5, 0.3, 0.7), (0.5, 0.5, 0.5), (0.25, 0.25, 0.5), (0.1, 0.2, 0.1), (1.0, 0.5, 0.25)]
+LENGTHS += [(0.3, 0.2, 0.3), (0.5, 0.7001, 0.3)]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("loop", [0.0, -0.6])
+def test_derivatives_by_round_delays(loop: float) -> None:
+    """Jumps return at one instant on several ways, and with breaks of no height from the start of the run. The exact
+    integral is a sum over all ways, in which the time of each jump is a sum of delays.
+    """
+    height, into, of_a, of_b, end = 2.0, 0.4, 0.3, 1.0, 3.03
+
+    def run(p: Any) -> Scalar:
+        start, a, b = p
+        model = Paths(
+            step=blocks.Step(start_time=start, height=height),
+            first=blocks.WeightedSum(k=[1.0, loop]),
+            second=blocks.WeightedSum(k=[into, 1.0]),
+            a=blocks.FixedDelay(T=a),
+            b=blocks.FixedDelay(T=b),
+            total=blocks.WeightedSum(k=[of_a, of_b]),
+            integral=blocks.Integrator(),
+        )
+        return simulate(model, end, save="end").final.integral.x
+
+    def exact(p: Any) -> Scalar:
+        start, a, b = p
+        n = jnp.arange(12)
+
+        def reached(n_a: Any, n_b: Any) -> Any:
+            return jnp.maximum(end - start - n_a * a - n_b * b, 0.0)
+
+        from_first, from_second = loop**n, into * loop ** (n + 1.0)  # jumps of the first sum, on their way around
+        of_first = from_first @ reached(n + 1, n) + from_second @ reached(n + 1, n + 1)
+        of_second = into * reached(0, 1) + from_first @ reached(n + 1, n + 1) + from_second @ reached(n + 1, n + 2)
+        return height * (of_a * of_first + of_b * of_second)
+
+    points = jnp.array(LENGTHS)
+    assert jax.vmap(run)(points) == pytest.approx(np.asarray(jax.vmap(exact)(points)), abs=1e-11)
+    slopes = np.asarray(jax.vmap(jax.grad(exact))(points))
+    assert jax.jit(jax.vmap(jax.jacfwd(run)))(points) == pytest.approx(slopes, abs=1e-9)
+    assert jax.jit(jax.vmap(jax.grad(run)))(points) == pytest.approx(slopes, abs=1e-9)
+
+
+@pytest.mark.thorough
+def test_derivatives_of_a_product_of_jumps_that_return_together() -> None:
+    """x' = u(t - a) u(t - b) begins at the later of two times. If they are equal, the derivatives are those for one
+    order of them.
+    """
+
+    def wiring(step: Any, a: Any, b: Any, product: Any, integral: Any) -> Connections:
+        into, out = connect(step.y, a.u, b.u), connect(product.y, integral.u)
+        return into, connect(a.y, product.u1), connect(b.y, product.u2), out
+
+    def end(p: Any) -> Scalar:
+        delays = blocks.FixedDelay(T=p[1]), blocks.FixedDelay(T=p[2])
+        parts = (blocks.Step(start_time=p[0], height=1.0), *delays, blocks.Product(), blocks.Integrator())
+        return simulate(Rig(parts=parts, wiring=wiring), 3.0, save="end").final.parts[4].x
+
+    points = jnp.array([[0.5, 0.3, 0.7], [0.5, 0.7, 0.3], [0.5, 0.7, 0.7]])
+    later, earlier, equal = jax.jit(jax.vmap(jax.jacfwd(end)))(points)
+    assert later == pytest.approx(np.array([-1.0, 0.0, -1.0]), abs=1e-9)
+    assert earlier == pytest.approx(np.array([-1.0, -1.0, 0.0]), abs=1e-9)
+    assert any(equal == pytest.approx(np.asarray(one), abs=1e-9) for one in (later, earlier))
 
 
 @pytest.mark.thorough

@@ -10,11 +10,25 @@ from ..._numbers import Numbers
 from ..setup.field import RunArgs
 from .event_history import EventHistory
 from .moment import Approach
-from .rounds import Iteration, Round, most_rounds, repeated
+from .rounds import Iteration, Round, most_rounds, repeated, without_value
 from .run_events import RunEvents
 
 # Reasons why a run ends at an instant
 STOPPED, ENDLESS, CONTRADICTED, ACCUMULATED, REFUSED, FULL = 1.0, 2.0, 3.0, 4.0, 5.0, 6.0
+
+
+class Jumps(NamedTuple):
+    """The jumps of the recorded signals at an instant, and their `leads`, which are zero with the derivatives of their
+    times, relative to that of the instant. If several events make a signal jump, its time is the mean of theirs,
+    weighted by the jumps.
+    """
+
+    height: Array
+    leads: Array
+
+    @classmethod
+    def none(cls, n: int) -> "Jumps":
+        return cls(jnp.zeros(n), jnp.zeros(n))
 
 
 class Settled(NamedTuple):
@@ -29,6 +43,7 @@ class Settled(NamedTuple):
     history: EventHistory
     before: Array
     outcome: Array
+    jumps: Jumps
 
 
 def settle(
@@ -74,6 +89,8 @@ def settle(
         ticks &= ~events.samples
     else:
         ticks &= order >= t - args.tick(t)
+    # A start has no derivatives of the times of jumps: it is the time of all of them.
+    signals = jnp.zeros(0) if is_start else events.signals_between(approach.before, t, y, args, none)
     start = Round(
         t=jnp.asarray(t, float),
         ys=jnp.stack([y, y]),
@@ -90,6 +107,8 @@ def settle(
         n_own=zero,
         history=history,
         before=jnp.full(n_before, jnp.inf),
+        signals=signals,
+        moved=jnp.zeros_like(signals),
         is_bad=no,
         goes_on=jnp.any(triggered) | is_start,
         count=zero,
@@ -104,7 +123,9 @@ def settle(
     outcome = jnp.where(end.is_bad, CONTRADICTED, outcome)
     outcome = jnp.where(end.goes_on, ENDLESS, outcome)
     y = end.ys[1] if is_start else _accounted(events, end)
-    return Settled(end.t, y, end.truths, end.holds, end.history, end.before, outcome)
+    height = end.signals - signals
+    leads = jnp.where(height != 0, end.moved / jnp.where(height != 0, height, 1.0) - without_value(end.t), 0.0)
+    return Settled(end.t, y, end.truths, end.holds, end.history, end.before, outcome, Jumps(height, leads))
 
 
 def _accounted(events: RunEvents, end: Round) -> Array:

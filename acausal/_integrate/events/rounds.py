@@ -46,6 +46,11 @@ def first_of(events: RunEvents, triggered: Array) -> Array:
     return (triggered & events.follows) | (others & (jnp.cumsum(others) == 1))
 
 
+def without_value(t: Array) -> Array:
+    """Zero, with the derivatives of t."""
+    return t - jax.lax.stop_gradient(t)
+
+
 def repeated(goes_on: Callable[[R], Any], next_round: Callable[[R], R], start: R, most: int, is_reversible: bool) -> R:
     """Repeats `next_round` while `goes_on`, at most `most` times; `is_reversible` supports reverse mode."""
     if is_reversible:
@@ -71,6 +76,8 @@ class Round(NamedTuple):
     n_own: Array  # number of rounds with due events
     history: EventHistory
     before: Array  # the moment of the first listed event and the vector just before it; may be empty
+    signals: Array  # recorded signals after the events so far
+    moved: Array  # the sum of their jumps, multiplied by the derivatives of the times of these
     is_bad: Array
     goes_on: Array
     count: Any
@@ -146,6 +153,9 @@ class Iteration(NamedTuple):
         # If the room for the history is limited, only logged events use it.
         happened = happened if events.settings.save == "chunk" else happened & is_logged
         history = r.history.noted(t, happened, is_logged)
+        signals = r.signals
+        if not self.is_start:
+            signals = events.signals_between(self.approach.before, t, y, args, r.happened | fired)
         return Round(
             t=t,
             ys=jnp.stack([base, y]),
@@ -162,6 +172,8 @@ class Iteration(NamedTuple):
             n_own=r.n_own + own.is_any,
             history=history,
             before=jnp.where(is_first_listed, jnp.append(t, ys[0])[: len(r.before)], r.before),
+            signals=signals,
+            moved=r.moved + (signals - r.signals) * without_value(t),
             is_bad=r.is_bad | (is_bad & any_acts),
             goes_on=(own.is_any | jnp.any(fired) | jnp.any(due)) & ~jnp.any(fired & events.refused),
             count=r.count + 1,

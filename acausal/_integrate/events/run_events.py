@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..._declare.history import ROW, START
 from ..._evaluate.event_set import Schedule
 from ..._evaluate.groups import Segments
 from ..._evaluate.starts import Inputs
@@ -53,15 +54,57 @@ class RunEvents(EventNumbers):
         Equations with an instant that has `happened` are `ahead` of t.
         """
         layout, system = self.layout, self.system
-        if (instants := system.instants).rows:
-            scheduled, nonlinear = happened[self.n_model :][: instants.total], happened[np.flatnonzero(self.nonlinear)]
-            params = dataclasses.replace(args.inputs.params, ahead=instants.ahead(scheduled, nonlinear, ahead))
-            args = dataclasses.replace(args, inputs=dataclasses.replace(args.inputs, params=params))
+        y, args = self._ahead(y, args, happened, ahead)
         n = layout.n_states - system.n_algebraic
         field = vector_field(dataclasses.replace(self.settings, system=system.solved or system))
         core = jnp.concatenate([y[:n], y[layout.integrals]])
         rates = field(t, core, args.carrying(self._ordinary(y)[n:]))
         return jnp.concatenate([rates[:n], jnp.zeros(len(y) - len(rates)), rates[n:]])
+
+    def _ahead(self, y: Array, args: RunArgs, happened: Array, ahead: Numbers) -> tuple[Array, RunArgs]:
+        """The vector and the numbers between the events of an instant: equations with an instant that has `happened`
+        are `ahead`, and so are histories with a break that has returned.
+        """
+        if (instants := self.system.instants).rows:
+            scheduled, nonlinear = happened[self.n_model :][: instants.total], happened[np.flatnonzero(self.nonlinear)]
+            params = dataclasses.replace(args.inputs.params, ahead=instants.ahead(scheduled, nonlinear, ahead))
+            args = dataclasses.replace(args, inputs=dataclasses.replace(args.inputs, params=params))
+        for place, has_returned in zip(self.histories, happened[np.flatnonzero(self.remembers)], strict=True):
+            y = y - jnp.where(has_returned & np.isin(np.arange(len(y)), place[:, START]), ahead, 0.0)
+        return y, args
+
+    # Recorded signals
+
+    @ft.cached_property
+    def histories(self) -> list[np.ndarray]:
+        """The places of each history in the stepped vector, [rows, columns]."""
+        events, places = self.system.events, self.system.carried.discrete_places
+        return [
+            member
+            for entry in (events.remembered if events else [])
+            if entry.history is not None
+            for member in places[entry.history].reshape(entry.count, -1, ROW)
+        ]
+
+    def signals(self, t: Numbers, y: Array, args: RunArgs) -> Array:
+        """The recorded signals at a point."""
+        events = self.system.events
+        assert events is not None
+        wanted = wanted_pairs(self.system, events.signals.leaves)
+        store = self.system.evaluate(t, y[self.layout.point], args.inputs, wanted)
+        values = self._values(t, y, args, store, events.signals.leaves)
+        found = events.signals([values[leaf] for leaf in events.signals.leaves])
+        return jnp.concatenate([jnp.ravel(signal) for signal in found])
+
+    def signals_between(self, before: Numbers, t: Numbers, y: Numbers, args: RunArgs, happened: Array) -> Array:
+        """The recorded signals between the events of an instant t, at a time `before` it, without derivatives.
+        Empty if there are none.
+        """
+        if not self.histories:
+            return jnp.zeros(0)
+        before, t, y, args = jax.lax.stop_gradient((jnp.asarray(before), t, jnp.asarray(y), args))
+        y, args = self._ahead(y, args, happened, t - before)
+        return self.signals(before, self.with_algebraic(before, y, args), args)
 
     def indicator(self, number: Array, t: Array, y: Array, due: Array, args: RunArgs) -> Numbers:
         """The event indicator of one event; for a scheduled event, the time since it was due."""

@@ -19,9 +19,8 @@ from ..._declare.history import (
     polynomial,
     returns,
 )
-from ..._numbers import Numbers
 from ..events.run_events import RunEvents
-from ..setup.field import RunArgs, values_of, wanted_pairs
+from ..setup.field import RunArgs, values_of
 from ..setup.settings import Settings
 from ..setup.state_vector import Vector
 from ..step.span import Span
@@ -42,21 +41,15 @@ class Histories:
     def __init__(self, events: RunEvents, args: RunArgs) -> None:
         assert events.system.events is not None
         self.events, self.args, self.set = events, args, events.system.events
-        places = events.system.carried.discrete_places
-        # The places of each history in the stepped vector, [rows, columns].
-        self.places = [
-            member
-            for entry in self.set.remembered
-            if entry.history is not None
-            for member in places[entry.history].reshape(entry.count, -1, ROW)
-        ]
+        self.places = events.histories
         self.sizes = jax.lax.stop_gradient(self._sizes())
 
     def at_start(self, t0: Array, y: Vector) -> Vector:
         """The vector with empty histories that begin at t0, where signals may jump."""
         for place in self.places:
             y = y.at[place].set(-jnp.inf)
-        return self.begun(t0, y, jnp.zeros(len(self.places)))
+        none = jnp.zeros(len(self.places))
+        return self.begun(t0, y, none, none)
 
     def completed(self, path: Span) -> StepRow:
         """Records the signals on the path of a step in the last rows of the histories."""
@@ -66,7 +59,7 @@ class Histories:
 
         def read(share: Array) -> Array:
             time, y = path.moving_point(held[0] + share * (held[1] - held[0]))
-            return self._signals(forward * time, y)
+            return self.events.signals(forward * time, y, self.args)
 
         values = jax.vmap(read)(jnp.asarray(0.5 * (_POSITIONS + 1.0)))
         found = coefficients(values[:-1])
@@ -78,22 +71,25 @@ class Histories:
             carried = carried.at[last[WIDTH:]].set(jnp.append(t1 - carried[last[START]], row))
         return StepRow(carried, jnp.where(jnp.isnan(misfit), jnp.inf, misfit))
 
-    def begun(self, t: Array, y: Vector, order: Array) -> Vector:
-        """The vector with rows for the next step, which starts at t with breaks of these orders, infinite for none."""
+    def begun(self, t: Array, y: Vector, order: Array, leads: Array) -> Vector:
+        """The vector with rows for the next step, which starts at t with breaks of these orders, infinite for none.
+        `leads` has the derivatives of the times of jumps relative to t.
+        """
         rest = self._rest(t, y)
-        for place, own in zip(self.places, order, strict=True):
+        for place, own, lead in zip(self.places, order, leads, strict=True):
             order_here = jnp.where(jnp.isfinite(own), own, -jnp.inf)
-            first = jnp.stack([t, rest, order_here, *[jnp.asarray(-jnp.inf)] * (ROW - WIDTH)])
+            rest_here = rest + jnp.where(own == 0, lead, 0.0)
+            first = jnp.stack([t, rest_here, order_here, *[jnp.asarray(-jnp.inf)] * (ROW - WIDTH)])
             y = y.at[place].set(jnp.concatenate([y[place[1:]], first[None]]))
         return y
 
-    def order(self, t: Array, y: Vector, triggered: Array, highest: int) -> Array:
+    def order(self, t: Array, y: Vector, triggered: Array, heights: Array, highest: int) -> Array:
         """The order of the break of each signal at the end of a step: 0 for a jump, 1 for a kink at another event, and
         one more than the lowest order of the breaks that return. It is infinite without a break or above `highest`.
         """
         last = jnp.stack([y[place[-1]] for place in self.places])
-        new = self._signals(self.args.forward * t, y)
-        jump = jnp.abs(new - polynomial(last, t)) > 2.0 * self._tolerance(new[None])
+        before = polynomial(last, t)
+        jump = jnp.abs(heights) > 2.0 * self._tolerance(jnp.stack([before, before + heights]))
         remembers = self.events.remembers
         returned = jnp.where(jnp.any(triggered & remembers), 1.0 + self._returned(t, y), jnp.inf)
         common = jnp.where(jnp.any(triggered & ~remembers), 1.0, returned)
@@ -126,13 +122,6 @@ class Histories:
             is_here = jnp.abs(rows[:, START] + delay - t) <= 4.0 * self.args.tick(t)
             found.append(jnp.min(jnp.where(is_here & (rows[:, ORDER] >= 0.0), rows[:, ORDER], jnp.inf)))
         return jnp.min(jnp.stack(found))
-
-    def _signals(self, t: Numbers, y: Vector) -> Array:
-        system, leaves = self.events.system, self.set.signals.leaves
-        point = y[self.events.layout.point]
-        store = system.evaluate(t, point, self.args.inputs, wanted_pairs(system, leaves))
-        values = values_of(system, t, point, self.args.inputs, store, leaves)
-        return _flat(self.set.signals([values[leaf] for leaf in leaves]))
 
     def _delays(self, y: Vector) -> Array:
         system, leaves = self.events.system, self.set.delays.leaves

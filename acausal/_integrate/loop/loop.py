@@ -12,7 +12,7 @@ from jax import Array
 from ..._equinox_private import unvmap_any
 from ..events.crossing import Found, Returns, first_crossing
 from ..events.event_history import EventHistory
-from ..events.iteration import ACCUMULATED, STOPPED, settle
+from ..events.iteration import ACCUMULATED, STOPPED, Jumps, settle
 from ..events.moment import Approach
 from ..setup.state_vector import Vector
 from ..step.correction import Correction, corrected, share
@@ -120,9 +120,9 @@ class StepLoop(Steps):
         outcome = c.outcome
         if events is None:
             settled, at = c._replace(t=t1, y=self.remembered(t1, self.projected(t1, y1))), t1
-            triggered = jnp.zeros(0, bool)
+            triggered, jumps = jnp.zeros(0, bool), Jumps.none(0)
         else:
-            settled, found, is_early, is_missed, triggered, at = self.through_events(
+            settled, found, is_early, is_missed, triggered, at, jumps = self.through_events(
                 path, c, t1, y1, keep, meets, instant
             )
             # The step was too long to resolve the solution just after an event.
@@ -136,7 +136,7 @@ class StepLoop(Steps):
         if self.peaks is not None:
             new = self.peaks.renewed(path, t, y, step_args)
             y = layout.with_part(y, layout.peaks, new)
-        settled = self.with_histories(settled._replace(y=y), triggered, at)
+        settled = self.with_histories(settled._replace(y=y), triggered, at, jumps)
         y = settled.y
         rows = self.saved(path, c, t, keep)
         record = self.recorded(c, settled, y, keep, {"inner": info, "start": t0, "end": t1, "carried": carried})
@@ -160,11 +160,11 @@ class StepLoop(Steps):
 
     def through_events(
         self, path: Span, c: Carry, t1: Array, y1: Vector, keep: Array, meets: Array, instant: Array
-    ) -> tuple[Carry, Array, Array, Array, Array, Array]:
+    ) -> tuple[Carry, Array, Array, Array, Array, Array, Jumps]:
         """The loop state after the first events in a step, or else at its end. Also the times located in the step at
         which equations change, up to the first of which the step must be repeated; whether a relation that has just
         changed changes back immediately, so that the step must be shorter; whether an event is missed (see `Returns`);
-        the triggered events, and their time.
+        the triggered events, their time, and the jumps of recorded signals.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
@@ -207,7 +207,7 @@ class StepLoop(Steps):
         t = jnp.where(is_cut, time, t1)
 
         approach = Approach(forward * before, forward * found.rates, rate_correction)
-        changed = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered, c.truths)
+        changed, jumps = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered, c.truths)
         # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
         behind = jnp.where(is_there & (changed.outcome == STOPPED), args.tick(changed.t), 0.0)
         t = changed.t + behind
@@ -225,17 +225,17 @@ class StepLoop(Steps):
         carried = changed._replace(
             t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end, returns=returns
         )
-        return carried, new, is_early, found.is_missed, triggered, held(at)
+        return carried, new, is_early, found.is_missed, triggered, held(at), jumps
 
-    def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> Carry:
-        """The loop state after an instant, with the events that begin there and all events that they trigger. `earlier`
-        are the truths of the relations before it.
+    def happened(self, c: Carry, approach: Approach, triggered: Array, earlier: Array) -> tuple[Carry, Jumps]:
+        """The loop state after an instant, with the events that begin there and all events that they trigger, and the
+        jumps of recorded signals. `earlier` are the truths of the relations before it.
         """
         events, args, forward = self.events, self.args, self.forward
         assert events is not None
         log = EventHistory.empty(events.room, events.n_model)
 
-        def settled() -> dict[str, Any]:
+        def settled() -> tuple[dict[str, Any], Jumps]:
             # Events that are not scheduled have infinite times, which reverse mode must not see.
             due = jnp.where(jnp.isfinite(c.due), c.due, 0.0)
             holds = events.circuit.hold(c.truths)
@@ -253,9 +253,9 @@ class StepLoop(Steps):
                 history=end.history,
                 before=end.before,
                 outcome=end.outcome,
-            )
+            ), end.jumps
 
-        def idle() -> dict[str, Any]:
+        def idle() -> tuple[dict[str, Any], Jumps]:
             return dict(
                 t=c.t,
                 y=c.y,
@@ -264,9 +264,10 @@ class StepLoop(Steps):
                 history=log,
                 before=jnp.full(len(c.before), jnp.inf),
                 outcome=c.outcome,
-            )
+            ), Jumps.none(len(events.histories))
 
-        return c._replace(**jax.lax.cond(unvmap_any(jnp.any(triggered)), settled, idle))
+        changes, jumps = jax.lax.cond(unvmap_any(jnp.any(triggered)), settled, idle)
+        return c._replace(**changes), jumps
 
 
 def _rate_correction(path: Span, t: Array, shift_rate: Array) -> Callable[[Array], Array]:

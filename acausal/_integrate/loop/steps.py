@@ -18,7 +18,7 @@ from ..._evaluate.invariants import onto_invariants
 from ..._numbers import Truth
 from ..._reduce.jaxpr_instants import first
 from ..events.event_history import EventHistory
-from ..events.iteration import FULL
+from ..events.iteration import FULL, Jumps
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs, vector_field
 from ..setup.pattern import jacobian_pattern
@@ -93,15 +93,15 @@ class Steps:
         """A step size limited by the shortest delay."""
         return wish if self.histories is None else jnp.minimum(wish, self.histories.longest_step(y))
 
-    def with_histories(self, c: Carry, triggered: Array, at: Array) -> Carry:
+    def with_histories(self, c: Carry, triggered: Array, at: Array, jumps: Jumps) -> Carry:
         """The loop state after a step with the histories at its end, and the times at which their breaks return. The
-        events at the end of the step have the time `at`, just before that of the state.
+        events at the end of the step have the time `at`, just before that of the state, and signals have these `jumps`.
         """
         events, histories = self.events, self.histories
         if events is None or histories is None:
             return c
-        order = histories.order(c.t, c.y, triggered, self.solver.order(self.terms))
-        y = histories.begun(c.t + jax.lax.stop_gradient(at - c.t), c.y, order)
+        order = histories.order(c.t, c.y, triggered, jumps.height, self.solver.order(self.terms))
+        y = histories.begun(c.t + jax.lax.stop_gradient(at - c.t), c.y, order, jumps.leads)
         due = events.due(self.forward * c.t, y, self.args)
         is_full = jnp.any(histories.are_full(c.t, y)) & (c.outcome == 0) & (c.t < self.t1)
         outcome = jnp.where(is_full, FULL, c.outcome)
