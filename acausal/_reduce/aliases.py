@@ -110,7 +110,7 @@ def merge(flat: FlatModel) -> Merged:
     sets = _Sets(flat.n_nodes)
     for a, b in flat.across.tolist():
         sets.join(a, b, 1)
-    families = _without_aliases(flat, [*_flow_families(flat, sets), *_component_families(flat)], sets)
+    families = _without_aliases(flat, [*_flow_families(flat, sets), *component_families(flat)], sets)
     representative, sign = _resolved(flat, sets)
     for family in families:
         inner = family.nodes >= 0
@@ -132,12 +132,12 @@ def _without_aliases(flat: FlatModel, families: list[Family], sets: _Sets) -> li
             names = ", ".join(family.name(row, flat) for row in repeated[:5])
             complain(StructureError(f"The equation {names} only repeats {_repeated(family, repeated[0], flat)}"))
     zero = np.array([sets.zero[sets.find(node)[0]] for node in range(flat.n_nodes)], dtype=bool)
-    parts = [part for family in kept for part in _by_zero_factors(family, zero)]
+    parts = [part for family in kept for part in by_zero_factors(family, zero)]
     is_same = {part.template for part in parts} <= {family.template for family in kept}
     return kept if is_same else _without_aliases(flat, parts, sets)
 
 
-def _by_zero_factors(family: Family, zero: np.ndarray) -> Iterator[Family]:
+def by_zero_factors(family: Family, zero: np.ndarray) -> Iterator[Family]:
     """Splits a family by its inputs that are zero, if these are factors of other inputs."""
     form = family.template.form
     vanish = (family.nodes >= 0) & zero[family.nodes]
@@ -185,7 +185,7 @@ def _join_alias(family: Family, row: int, sets: _Sets) -> bool:
     return sets.join(a, b, -1 if coefficient_a * coefficient_b > 0 else 1)
 
 
-def _component_families(flat: FlatModel) -> Iterator[Family]:
+def component_families(flat: FlatModel) -> Iterator[Family]:
     for instances in flat.instances:
         nodes = flat.nodes(instances)
         try:

@@ -24,30 +24,39 @@ from .._integrate.results.failure import about_block, about_range
 from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._reduce.flatten import flatten
 from .._reduce.stated import initial_templates, templates
+from .free_ports import free_ports
 from .structure import structure
 
 
 @dataclasses.dataclass(frozen=True)
 class Check:
-    """The errors of a model. `print` shows them. It is true if there are none."""
+    """The errors of a model. `print` shows them. It is true if there are none.
+
+    `notes` are about parts of a correct model that may be unintended: free ports that take the load off a part, and
+    parts on which nothing acts.
+    """
 
     problems: tuple[str, ...]
     summary: str
+    notes: tuple[str, ...] = ()
 
     def __bool__(self) -> bool:
         return not self.problems
 
     def __str__(self) -> str:
-        if not self.problems:
+        if not self.problems and not self.notes:
             return f"No problems found.\n{self.summary}"
+        if not self.problems:
+            return "\n".join(["No errors found, but:", *(f"- {note}" for note in self.notes), self.summary])
         count = f"{len(self.problems)} problem" + ("s" if len(self.problems) > 1 else "")
         numbered = [f"{i}. {problem}" for i, problem in enumerate(self.problems, start=1)]
-        return "\n".join([f"{count} found.", *numbered, self.summary])
+        return "\n".join([f"{count} found.", *numbered, *(f"- {note}" for note in self.notes), self.summary])
 
 
 def check(model: Component) -> Check:
     """Every error of a model, rather than the first: shapes, connections, equations, ranges of parameters, units,
-    structure, and whether its equations can be solved at the start values.
+    structure, and whether its equations can be solved at the start values. Notes name ports at which nothing takes up
+    the flow, if other variables of their component then vanish, and components on which nothing acts.
 
     Steps that need a correct earlier one are skipped, and the summary says so.
     """
@@ -59,7 +68,7 @@ def check(model: Component) -> Check:
     if problems:
         return Check(tuple(problems), "The start was not computed: correct these first.")
     system = system_of(model)
-    return Check(tuple(_start(system, model)), str(structure(system)))
+    return Check(tuple(_start(system, model)), str(structure(system)), tuple(free_ports(system.flat)))
 
 
 def _raised(function: Callable[[], object]) -> list[str]:
