@@ -24,6 +24,7 @@ from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
+from .results.end_jumps import warn_of_jumps_at_end
 from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
@@ -113,7 +114,8 @@ def simulate(
 
     Raises `ModelError`, `StructureError` or `ParameterError` if the model is wrong, and `SimulationError` if the run
     fails. Outside of `jit` and `vmap`, it warns with `UnresolvedWarning` of variables that are too small for the error
-    tolerance. `sol.unresolved` lists them.
+    tolerance. `sol.unresolved` lists them. It warns with `JumpWarning` of events at the end time whose times depend on
+    differentiated parameters, with which the results jump.
     """
     model = model if nominal is None else sized(model, nominal)
     throw, energy = flag(throw, "throw"), flag(energy, "energy")
@@ -181,6 +183,7 @@ def simulate(
     solution = dataclasses.replace(solution, _params=params.leaves)
     solution = report_failure(solution, throw)
     warn_of_unresolved(solution)
+    warn_of_jumps_at_end(solution, params, t1)
     return solution
 
 

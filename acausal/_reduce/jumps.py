@@ -15,7 +15,7 @@ _LOGIC = ("and", "or", "not", "xor", "select_n", "broadcast_in_dim", "reshape", 
 
 
 class JumpWarning(UserWarning):
-    """An equation jumps without an event."""
+    """An equation jumps without an event, or a result jumps with the parameters that are differentiated."""
 
 
 class _Value(NamedTuple):
