@@ -1,5 +1,6 @@
 """Programs that are compiled quickly at first, and with optimisations once they have taken many steps."""
 
+import contextlib
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -71,6 +72,28 @@ def test_a_program_is_optimised_once_its_steps_repay_it(
         simulate(replace(rc(), {"r.R": 1.0 + i}), 1.0)
         levels.append([level for program, level in compiled if program == "steps"])
     assert levels == [[QUICK], [QUICK], [QUICK, OPTIMISED], [QUICK, OPTIMISED], [QUICK, OPTIMISED]]
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("error", [KeyboardInterrupt, MemoryError])
+def test_an_optimisation_that_ends_early_is_tried_again_after_an_interrupt_and_costs_no_run(
+    error: type[BaseException], compiled: list[tuple[str, int | None]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(stored_program, "REPAYS", 300)
+    noted, errors = stored_program._compiled, [error()]
+
+    def failing(*arguments: Any) -> Any:
+        if arguments[-1] == OPTIMISED and errors:
+            raise errors.pop()
+        return noted(*arguments)
+
+    monkeypatch.setattr(stored_program, "_compiled", failing)
+    quick = simulate(rc(), 1.0, save="end")._end[1]
+    with pytest.raises(error) if error is KeyboardInterrupt else contextlib.nullcontext():
+        np.testing.assert_array_equal(simulate(rc(), 1.0, save="end")._end[1], quick)
+    assert not errors
+    np.testing.assert_allclose(simulate(rc(), 1.0, save="end")._end[1], quick, rtol=1e-12)
+    assert (("steps", OPTIMISED) in compiled) == (error is KeyboardInterrupt)
 
 
 def new_lag() -> Component:

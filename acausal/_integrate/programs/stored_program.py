@@ -138,10 +138,10 @@ class _Staged:
     def __call__(self, leaves: list[Any]) -> PyTree:
         if self._left > 0:
             with self._lock:
-                is_due = 0 < self._left <= self._steps_in_call
-                self._left -= self._steps_in_call
-                if is_due:
-                    self._call = self._optimised()
+                if 0 < self._left <= self._steps_in_call:
+                    with contextlib.suppress(Exception):  # optimisation is optional: the quick program runs anyway
+                        self._call = self._optimised()
+                self._left -= self._steps_in_call  # after an interrupt, the next call optimises again
         return self._call(leaves)
 
 
