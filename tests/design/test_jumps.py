@@ -30,6 +30,7 @@ OBJECTIVES = {
     "table": lambda m: TABLE[jnp.floor(10.0 * m.x).astype(int)] + m.y**2,
     "count": lambda m: jnp.sum(jnp.linspace(0.0, 1.0, 11) < m.x) + m.y**2,
     "of both": lambda m: jnp.floor(5.0 * (m.x + m.y)) + (m.x - m.y) ** 2,
+    "along a valley": lambda m: jnp.floor(5.0 * (m.x + m.y) + 0.01) + 100.0 * (m.x - m.y) ** 2,
 }
 
 

@@ -74,7 +74,6 @@ def curvature_of(at: PointAt, point: Point, quadratic: Quadratic, bounds: Bounds
     least = min((pair.value for pair in pairs), default=np.inf)
     if not quadratic.has_all_faces and eigenvalues[0] <= quadratic.error:
         least = min(least, 0.0)
-    flat = [pair for pair in pairs if abs(pair.value) <= quadratic.error]
     scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(eigenvalues))))
     return Curvature(
         eigenvalues,
@@ -82,7 +81,8 @@ def curvature_of(at: PointAt, point: Point, quadratic: Quadratic, bounds: Bounds
         quadratic.kink,
         least,
         float(np.max(np.abs(quadratic.newton()))),
-        quadratic.has_all_faces and all(_is_level(at, point, pair, bounds, is_equation, scale) for pair in flat),
+        quadratic.has_all_faces
+        and all(_is_level(at, point, pair, bounds, is_equation, scale) for pair in quadratic.flat),
     )
 
 

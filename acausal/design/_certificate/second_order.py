@@ -70,6 +70,13 @@ class Quadratic(NamedTuple):
                     if np.all(self.weak @ vector <= WITHIN):
                         yield Eigenpair(value, self.basis @ vector, float(self.slope @ vector))
 
+    @property
+    def flat(self) -> list[Eigenpair]:
+        """The eigenvectors without curvature."""
+        if not self.is_computed or not len(self.slope):
+            return []
+        return [pair for pair in self.pairs() if abs(pair.value) <= self.error]
+
     def newton(self) -> np.ndarray:
         """The Newton step along directions of positive curvature."""
         values, vectors = np.linalg.eigh(self.hessian)

@@ -35,16 +35,17 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
     is_unbounded = outcome.conflict is None and task.is_unbounded(point)
     is_end = not (outcome.is_interrupted or outcome.conflict is not None or is_unbounded)
     idle = task.idle(point.z) if is_end else np.zeros(len(point.z), bool)
-    curvature = UNKNOWN
+    curvature, flat = UNKNOWN, []
     if is_end:
         quadratic = quadratic_of(task.at, point, multipliers, task.bounds, task.is_equation, idle)
         curvature = curvature_of(task.at, point, quadratic, task.bounds, task.is_equation)
+        flat = [pair.vector for pair in quadratic.flat]
     # At an interior optimum the gradient vanishes, so the curvature gives the scale of slopes.
     scale = max(float(np.max(np.abs(point.gradient))), float(np.max(np.abs(curvature.eigenvalues), initial=0.0))) or 1.0
     scale = scale if np.isfinite(scale) else 1.0
     kkt = residual(point, multipliers, task.is_equation, scale)
     unqualified_names = tuple(_named(task, unqualified(point, task.bounds, task.is_equation))) if is_end else ()
-    contradictions = () if outcome.is_interrupted or is_unbounded else unexplained(task, point, problem.objective)
+    contradictions = () if outcome.is_interrupted or is_unbounded else unexplained(task, point, flat, problem.objective)
     results = tuple(
         LimitedResult(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True)
     )

@@ -6,7 +6,7 @@ conditions of an optimum hold where there is none. A certificate therefore also 
 """
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,8 +20,10 @@ PIECES = 10  # most bisections for the integral of a derivative; a jump remains 
 SHARE = 0.5  # share of a change that the derivatives must explain
 
 
-def unexplained(task: Task, point: Point, objective: Objective) -> tuple[str, ...]:
+def unexplained(task: Task, point: Point, flat: Sequence[np.ndarray], objective: Objective) -> tuple[str, ...]:
     """Sentences about changes of results around a point that the derivatives do not explain.
+
+    They are sought along each variable, and along the `flat` directions, which have no curvature.
 
     A better design near the point must differ from it by a change that the derivatives explain. A better design is
     feasible with a lower objective. For an infeasible point, it has a smaller violation.
@@ -30,19 +32,21 @@ def unexplained(task: Task, point: Point, objective: Objective) -> tuple[str, ..
     for variable, there in task.without_slopes(point.z).jumps.items():
         row = int(np.flatnonzero(task.are_changes(here, there))[0])
         found[variable] = _sentence(task, objective, row, here, there, 0.0)
-    for variable, z in _beside(task, point):
-        if variable not in found and (there := task.evaluation(z)).is_good:
+    for direction, z in _beside(task, point, flat):
+        if direction not in found and (there := task.evaluation(z)).is_good:
             for row in _rows_of_better(task, point, task.point(z, there)):
                 explained = _explained(task, point.z, z, row)
                 change = there.values[row] - here.values[row]
                 if task.are_changes(here, there)[row] and abs(change - explained) > SHARE * abs(change):
-                    found[variable] = _sentence(task, objective, row, here, there, explained)
+                    found[direction] = _sentence(task, objective, row, here, there, explained)
                     break
-    return tuple(found.values())
+    return tuple(dict.fromkeys(found.values()))
 
 
-def _beside(task: Task, point: Point) -> Iterator[tuple[int, np.ndarray]]:
-    """Points along each variable: `REACH` away, and at the bounds if the point is infeasible."""
+def _beside(task: Task, point: Point, flat: Sequence[np.ndarray]) -> Iterator[tuple[int, np.ndarray]]:
+    """Points `REACH` away along each variable and each flat direction, with the number of the direction; also those at
+    the bounds if the point is infeasible.
+    """
     low, high = task.bounds
     steps = [REACH, np.inf] if task.violation(point) > FEASIBLE else [REACH]
     for variable in range(len(point.z)):
@@ -51,6 +55,8 @@ def _beside(task: Task, point: Point) -> Iterator[tuple[int, np.ndarray]]:
             z[variable] = np.clip(z[variable] + step, low[variable], high[variable])
             if np.all(np.isfinite(z)) and z[variable] != point.z[variable]:
                 yield variable, z
+    for direction, vector in enumerate(flat, len(point.z)):
+        yield direction, np.clip(point.z + REACH * vector, low, high)
 
 
 def _rows_of_better(task: Task, point: Point, other: Point) -> list[int]:
