@@ -22,6 +22,7 @@ from acausal import (
     prefer,
     require,
     when,
+    yields,
 )
 
 from .. import _stick_slip as stick_slip
@@ -52,8 +53,9 @@ class LossyGear(Component):
     At rest the gear is stuck as long as tau_a lies between the two. With eta2 <= 0 it is self-locking: b alone cannot
     drive it. `LossyGear.worm` has the same mesh friction in both directions of power: eta2 = 2 - 1 / eta1.
 
-    Sticking, sliding and changes of the driver are events; for the modes and for `creep` see `DryFriction`. If several
-    motions or none are possible, which can happen with eta2 < 0 and small inertias, the run fails with endless events.
+    Sticking, sliding and changes of the driver are events; for the modes and for `creep` see `DryFriction`. Impulses
+    pass without losses. If several motions or none are possible, which can happen with eta2 < 0 and small inertias,
+    the run fails with endless events.
     """
 
     mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"mode": stick_slip.MODES}
@@ -133,6 +135,8 @@ class LossyGear(Component):
         more = self.mode * (driving - driven)  # extra torque at a if a drives
         rubs = stick_slip.rubs(self.mode)
         return known | dict(
+            # The losses depend on the sign of the impulse, which the mode before the impact does not know.
+            _slips=yields(mode=stick_slip.FREE),
             drives=when(rubs & (self.driver < 0.0) & (more > SAME), driver=1.0),
             is_driven=when(rubs & (self.driver > 0.0) & (more < -SAME), driver=-1.0),
         )

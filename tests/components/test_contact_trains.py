@@ -18,6 +18,7 @@ from acausal import (
     ModelError,
     Param,
     Scalar,
+    SimulationError,
     Var,
     connect,
     eq,
@@ -26,8 +27,8 @@ from acausal import (
     stack,
 )
 from components import rotational, translational
-from components.rotational import IdealGear, IdealGearR2T, Inertia, PlanetaryGear
-from components.translational import HardStop, Lever, Mass, RigidContact, StribeckFriction
+from components.rotational import ConstantTorque, IdealGear, IdealGearR2T, Inertia, LossyGear, PlanetaryGear
+from components.translational import ConstantSpeed, HardStop, Lever, Mass, RigidContact, StribeckFriction
 
 Numbers = NDArray[Any]
 
@@ -300,6 +301,43 @@ def test_stuck_friction_takes_no_impulse() -> None:
     final = run.final.parts
     np.testing.assert_allclose([final[0].v, final[2].v], [1.5, 3.0], rtol=1e-5)
     assert abs(run.energy.imbalance) < 1e-9
+
+
+def wire_jack(motor: Any, screw: Any, gear: Any, nut: Any, load: Any, stop: Any) -> Connections:
+    return (
+        connect(motor.flange, screw.a),
+        connect(screw.b, gear.a),
+        connect(gear.b, nut.a, load.flange, stop.flange),
+    )
+
+
+def test_a_self_locking_gear_that_lowers_a_load_onto_a_stop() -> None:
+    """The load drives the mesh before the impact, at a negative efficiency. The impulse takes its momentum."""
+    parts = (
+        ConstantTorque(torque=-3.0),
+        Inertia(J=0.01, phi=0.0),
+        LossyGear.worm(ratio=10.0, efficiency=0.3),
+        Inertia(J=0.1),
+        ConstantTorque(torque=-20.0),
+        rotational.HardStop(phi_min=-2.0, restitution=0.5),
+    )
+    run = simulate(Rig(parts=parts, wiring=wire_jack), 1.1)
+    row = int(np.argmax(run.parts[3].a.phi < -2.0 + 1e-9))
+    before, after = run.parts[3].w[row : row + 2]
+    assert before < -1.0
+    np.testing.assert_allclose(after, -0.5 * before, rtol=1e-9)
+    assert np.min(run.parts[3].a.phi) > -2.0 - 1e-9
+
+
+def wire_given(a: Any, contact: Any, b: Any) -> Connections:
+    return connect(a.flange, contact.a), connect(contact.b, b.flange)
+
+
+def test_a_contact_between_given_motions_ends_the_run() -> None:
+    """No impulse changes their speeds."""
+    parts = (ConstantSpeed(speed=1.0), RigidContact(restitution=0.5, s_rel0=-0.5), ConstantSpeed(speed=0.0))
+    with pytest.raises(SimulationError, match=r"At t = 0\.5 s: After the event parts\[1\]\.impact"):
+        simulate(Rig(parts=parts, wiring=wire_given), 1.0, save="end")
 
 
 def struck(x: Any) -> Any:

@@ -38,7 +38,10 @@ def with_impulses(
         push = jax.linearize(rates, none)[1]
         answers, accelerations = jax.vmap(push, out_axes=1)(jnp.eye(len(struck)))
         closed, speeds, after = here.contacts
-        return answers @ complementary(accelerations, speeds, after, struck | closed)
+        # A contact that no force opens, such as one between two given motions, has no impact.
+        is_rigid = jnp.any(struck & ~(jnp.diagonal(accelerations) > 0.0))
+        impulses = complementary(accelerations, speeds, after, struck | closed)
+        return answers @ jnp.where(is_rigid, jnp.nan, impulses)
 
     n = events.layout.n_states - events.system.n_algebraic
     change = jax.lax.cond(jnp.any(struck), jump, lambda: jnp.zeros(n))

@@ -98,7 +98,10 @@ static int act(MODEL *m, const int *fired)
         m->d[i] = d[i];
     MODEL_evaluate(m);
     for (int i = 0; i < N_IMPACTS; i++) {
-        const int takes_part = (fired[event_of_impact[i]] || closed[i] > 0.5) && matrix[(N_IMPACTS + 1) * i] > 0.0;
+        const int is_struck = fired[event_of_impact[i]], gives_way = matrix[(N_IMPACTS + 1) * i] > 0.0;
+        if (is_struck && !gives_way)
+            return 0; /* No force opens the contact, such as one between two given motions. */
+        const int takes_part = (is_struck || closed[i] > 0.5) && gives_way;
         scale[i] = takes_part ? 1.0 / sqrt(matrix[(N_IMPACTS + 1) * i]) : 0.0;
         offset[i] = scale[i] * (speed[i] - after[i]);
         size[i] = scale[i] * (fabs(speed[i]) + fabs(after[i]));
