@@ -185,6 +185,20 @@ def test_a_wrong_step_is_refused_and_changes_nothing(
     assert called.get() != before
 
 
+@pytest.mark.parametrize("unit", [1e-12, 1e-9, 1.0, 100.0])
+def test_steps_follow_each_other_in_any_unit_of_time(forced: Path, unit: float) -> None:
+    called = in_state(forced, CO_SIMULATION, "steps")
+    called.step(0.0, 0.1 * unit)
+    for k in (0, 2):
+        with pytest.raises(fmpy.fmi1.FMICallException):
+            called.step(0.1 * k * unit, 0.1 * unit)
+    time = 0.1 * unit
+    for k in range(1, 20):
+        called.step(time if k % 2 else 0.1 * k * unit, 0.1 * unit)
+        time += 0.1 * unit
+    assert called.get("time") == pytest.approx(2.0 * unit, rel=1e-12)
+
+
 def test_steps_end_at_the_stop_time(forced: Path) -> None:
     called = Called(forced, CO_SIMULATION)
     times: Any = dict(startTime=0.0, stopTime=0.3)
@@ -221,6 +235,21 @@ def test_missing_arrays_and_wrong_sizes_are_refused(forced: Path) -> None:
         for name in ("setContinuousStates", "getContinuousStates"):
             with pytest.raises(fmpy.fmi1.FMICallException):
                 getattr(called.fmu, name)(array, count)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_parameter_that_the_model_refuses_stops_a_run_that_has_begun(
+    forced: Path, kind: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    called = in_state(forced, kind, "steps" if kind == CO_SIMULATION else "event")
+    goes_on = "step" if kind == CO_SIMULATION else "enter_continuous"
+    before = called.get()
+    called._set("mu", -1.0)
+    assert not called.accepts(goes_on)
+    assert "mu" in capfd.readouterr().out
+    assert called.get() == before
+    called._set("mu", 1.0)
+    assert called.accepts(goes_on)
 
 
 @pytest.mark.parametrize("version", ["2.0", "3.0"])

@@ -24,7 +24,7 @@ EXPORT int FMI_ExitInitializationMode(void *instance)
     Instance *i = instance;
     if (!fmu_is_allowed(i, INITIALISING, "ExitInitializationMode"))
         return ERROR;
-    const int is_fine = fmu_end_initialisation(i) && (!i->is_co_simulation || fmu_do_events(i) >= 0);
+    const int is_fine = fmu_is_admissible(i) && (!i->is_co_simulation || fmu_do_events(i) >= 0);
     fmu_changes(i, !is_fine ? FAILED : i->is_co_simulation ? BETWEEN_STEPS : AT_EVENT);
     return fmu_status(is_fine);
 }
@@ -37,8 +37,13 @@ EXPORT int FMI_ExitInitializationMode(void *instance)
     }
 
 MODE(EnterEventMode, AT_EVENT | CONTINUOUS, AT_EVENT)
-MODE(EnterContinuousTimeMode, AT_EVENT, CONTINUOUS)
 MODE(Terminate, AT_EVENT | CONTINUOUS | BETWEEN_STEPS | DISCARDED, TERMINATED)
+
+EXPORT int FMI_EnterContinuousTimeMode(void *instance)
+{
+    return fmu_status(fmu_is_allowed(instance, AT_EVENT, "EnterContinuousTimeMode") && fmu_is_admissible(instance) &&
+                      fmu_changes(instance, CONTINUOUS));
+}
 
 EXPORT int FMI_Reset(void *instance)
 {

@@ -263,14 +263,12 @@ static Instance *fmu_new_instance(const char *name, const char *token, const cha
     return i;
 }
 
-/* The end of initialisation: the requirements on parameters hold, or the run cannot start. */
-static int fmu_end_initialisation(Instance *i)
+/* Whether the requirements on parameters hold. Importers set parameters one by one, also at events and between steps,
+   so this is asked before the time goes on. */
+static int fmu_is_admissible(Instance *i)
 {
     const char *violation = MODEL_violation(&i->state.model);
-    if (violation)
-        return fmu_report(i, violation);
-    i->state.is_evaluated = 0;
-    return 1;
+    return !violation || fmu_report(i, violation);
 }
 
 /* The start of initialisation. The tolerance is 0 and the stop time infinite if the importer gives none. */
@@ -286,10 +284,10 @@ static int fmu_begin_initialisation(Instance *i, double start, double tolerance,
     return 1;
 }
 
-/* Whether times are equal up to the rounding errors of an importer that adds steps. */
-static int fmu_is_same_time(double a, double b)
+/* Whether times are equal up to the rounding errors of an importer that multiplies or adds steps of this length. */
+static int fmu_is_same_time(double a, double b, double step)
 {
-    return fabs(a - b) <= 1e-9 * fmax(1.0, fmax(fabs(a), fabs(b)));
+    return fabs(a - b) <= 1e-6 * step + 1e-12 * fmax(fabs(a), fabs(b));
 }
 
 static void fmu_set_time(Instance *i, double time)

@@ -218,12 +218,14 @@ static int fmu_step(Instance *i, double time, double step)
 {
     if (!fmu_is_allowed(i, BETWEEN_STEPS, "DoStep"))
         return 0;
-    if (!fmu_is_same_time(time, i->state.model.t))
-        return fmu_report(i, "A step must start at the end of the last one.");
     if (!(step > 0.0) || !isfinite(step))
         return fmu_report(i, "The length of a step must be positive and finite.");
-    if (time + step > i->state.stop && !fmu_is_same_time(time + step, i->state.stop))
+    if (!fmu_is_same_time(time, i->state.model.t, step))
+        return fmu_report(i, "A step must start at the end of the last one.");
+    if (time + step > i->state.stop && !fmu_is_same_time(time + step, i->state.stop, step))
         return fmu_report(i, "A step must not go beyond the stop time.");
+    if (!fmu_is_admissible(i))
+        return 0;
     const int result = fmu_advance(i, time + step);
     fmu_changes(i, result > 0 ? BETWEEN_STEPS : result < 0 ? DISCARDED : FAILED);
     i->work.has_ended = result < 0;
