@@ -102,6 +102,8 @@ class Statements:
         if found.last.variability in fixed:
             raise here.error(left.at, f"{left} is a {found.last.variability}, and cannot be assigned.")
         wanted = here.typed(left)
+        if wanted.type.name in ("component", "function", "object"):
+            raise here.error(left.at, f"{left} is a {wanted.type}, and cannot be assigned.")
         is_converted = right is not None and not accepts(wanted.type, value.type)
         if is_converted:
             from .calls import converted_to

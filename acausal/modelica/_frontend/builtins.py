@@ -207,7 +207,9 @@ def _size_of_component(here: "Expressions", given: Sequence[t.Expression]) -> Ty
     if not 1 <= number <= len(found.tree.dims):
         return None
     size = here.context.size(found, number - 1)
-    return None if size is None else constant(size)
+    if size is not None:
+        return constant(size)
+    return Typed(e.Builtin("Size", (e.Ref(found.name), e.Const(number))), INTEGER) if found.is_local else None
 
 
 def _ndims(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
@@ -470,7 +472,11 @@ def _stream(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
             raise here.error(x.at, f"`{name}` needs a stream variable.")
         return value(item)
 
-    return _each(args[0], of, REAL, 3)
+    if not args[0].dims:
+        return _each(args[0], of, REAL, 3)
+    sizes = [n or 0 for n in args[0].dims]
+    items = [of(element(args[0].x, [e.Const(i) for i in index])) for index in indices(sizes)]
+    return Typed(nested(items, sizes), REAL, args[0].dims)
 
 
 def _cardinality(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:

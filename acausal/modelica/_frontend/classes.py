@@ -354,6 +354,9 @@ class Instance:
                     raise self.error(element.at, f"{self.name} extends itself.")
                 modifier = modifier_of(element.modification, self)
                 self._inherit(base, modifier, element.at, found, redeclared)
+                if element.is_protected:
+                    for inherited in self._bases[-1].elements.values():
+                        inherited.is_protected = True
         for name, modifier in redeclared.items():
             if name not in found:
                 raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
@@ -824,13 +827,21 @@ def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentEl
     if a.tree is b.tree:
         return True
     if isinstance(a, ClassElement) or isinstance(b, ClassElement):
-        return isinstance(a, ClassElement) and isinstance(b, ClassElement) and _text(a) == _text(b)
+        return _have_one_text(a.tree, b.tree)
     same = a.type.definition.tree is b.type.definition.tree or a.type.path == b.type.path
     return same and all(a.prefix(name) == b.prefix(name) for name in ("variability", "causality", "connection"))
 
 
-def _text(element: ClassElement) -> str:
-    return repr(element.tree.name)
+def _have_one_text(a: object, b: object) -> bool:
+    """Whether two trees are the same, but for their places."""
+    if isinstance(a, tuple) and isinstance(b, tuple):
+        return len(a) == len(b) and all(_have_one_text(x, y) for x, y in zip(a, b, strict=True))
+    if type(a) is not type(b):
+        return False
+    if not dataclasses.is_dataclass(a):
+        return a == b
+    names = [one.name for one in dataclasses.fields(a) if one.name != "at"]
+    return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
 
 
 def _is_outside(scope: Instance, holder: Instance) -> bool:

@@ -99,6 +99,7 @@ class Connections:
         self.connectors: list[tuple[Connector, Connector, SourcePlace]] = []
         self.operators: list[tuple[str, t.Call, Expressions]] = []
         self.counts: dict[str, int] = {}
+        self.equal: list[tuple[End, End]] = []  # parameters that must be equal
         self.expansion = Expansion(context, self)
         self._expandable: list[tuple[Connector, Connector, SourcePlace, Callable[[str], TextError]]] = []
 
@@ -311,6 +312,11 @@ class Connections:
             raise error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
         if own.connection != other.connection:
             raise error(f"{left.name} and {right.name} do not match: only one is {own.connection or other.connection}.")
+        fixed = [one.variability in ("constant", "parameter") for one in (own, other)]
+        if fixed[0] != fixed[1]:
+            raise error(f"{left.name} and {right.name} do not match: only one is a parameter or constant.")
+        if fixed[0]:
+            self.equal.append((left, right))
         dims = [n or 0 for n in self.context.sizes(own)][len(i) :]
         others = [n or 0 for n in self.context.sizes(other)][len(j) :]
         if dims != others:
@@ -320,6 +326,19 @@ class Connections:
             path = f"{one.path}"
             self.counts[path] = self.counts.get(path, 0) + 1
         self.pairs.append(Pair(left, right, tuple(dims), own.connection, place))
+
+    def asserts(self) -> list[e.Assert]:
+        """The assertions that connected parameters are equal (section 9.2)."""
+        return [
+            e.Assert(e.Binary("Eq", left.ref, right.ref), e.Const(f"{left.name} and {right.name} differ."), False)
+            for left, right in self.equal
+            if left.ref != right.ref and not self.context.sizes(self._component(left))[len(left.subs) :]
+        ]
+
+    def _component(self, end: End) -> ComponentElement:
+        found = self.context.find(end.name)
+        assert found is not None
+        return found
 
     def split(self, is_broken: Callable[[Pair], bool] = lambda pair: False) -> list[Pair]:
         """The pairs, except broken ones. An array of which an element is connected alone is split into elements."""
@@ -336,7 +355,7 @@ class Connections:
         for pair in self.pairs:
             if is_broken(pair):
                 continue
-            if pair.dims and (pair.left.name in single or pair.kind):
+            if pair.dims and (pair.left.name in single or pair.kind == "stream"):
                 for index in indices(pair.dims):
                     left = dataclasses.replace(pair.left, subs=(*pair.left.subs, *index))
                     right = dataclasses.replace(pair.right, subs=(*pair.right.subs, *index))
@@ -377,6 +396,8 @@ def equations(
         yield FlatEquation(total, "", "flows", places[members[0]])
     for name, dims, place in flows:
         inside = [End(name, index, False) for index in indices(dims)]
+        if dims and End(name, (), False) in sums:
+            continue
         open_ones = [one for one in inside if one not in sums]
         if len(open_ones) == len(inside) and dims:
             yield FlatEquation(e.Ref(name), "", "open flow", place)

@@ -157,6 +157,9 @@ class Equations:
 
     def _several(self, x: t.Equality, left: Typed, right: Typed) -> None:
         here = self.here
+        for one in x.left.elements if isinstance(x.left, t.Tuple) else ():
+            if one is not None and not isinstance(one, t.Reference):
+                raise here.error(one.at, "the left side of an equation with several results must have variables.")
         if not isinstance(x.right, t.Call) or len(left.results) > max(1, len(right.results)):
             raise here.error(x.at, f"the left side has {len(left.results)} variables for {len(right.results)} results.")
         for one, other in zip(left.results, right.results, strict=False):

@@ -22,9 +22,25 @@ from .parse import parse_modification
 from .source import Source
 from .streams import Streams
 from .structure import Context
-from .typed import CONTINUOUS, VARIABILITY, Typed, indices, type_of
+from .typed import (
+    BOOLEAN,
+    CONTINUOUS,
+    STRING,
+    VARIABILITY,
+    Type,
+    Typed,
+    accepts,
+    indices,
+    same_dims,
+    type_of,
+    written_dims,
+)
 
 NAME = "<model>.mo"  # of a text in messages
+ATTRIBUTE_TYPES = {
+    "fixed": BOOLEAN, "unbounded": BOOLEAN, "unit": STRING, "quantity": STRING, "displayUnit": STRING,
+    "stateSelect": Type("enumeration"),
+}  # fmt: skip
 _SELECT = {1: "Never", 2: "Avoid", 3: "Default", 4: "Prefer", 5: "Always"}
 
 
@@ -107,6 +123,7 @@ class _Flattening:
                 for section in self._sections(base):
                     self._section(base, section)
         self.found.equations += equations(self.connections, self.flows, graph.is_broken)
+        self.found.asserts += self.connections.asserts()
         self.found.equations += graph.equations(self.connections)
         self.found.equations += streams.equations()
         functions = dict(self.context.functions)
@@ -176,7 +193,7 @@ class _Flattening:
         if not self.context.is_present(component):
             return
         if component.is_outer and not component.is_inner:
-            self.context.inner(component, self.root, component.tree.at)  # which the model may lack
+            self._outer(component)
             return
         kind = type_of(component.prototype)
         sizes = [n or 0 for n in self.context.sizes(component)]
@@ -196,6 +213,19 @@ class _Flattening:
             self.components.append(component)
             if component.connection == "flow" and component.parent is not None and _in_connector(component):
                 self.flows.append((component.path, tuple(sizes), component.scope.source.place(component.tree.at)))
+
+    def _outer(self, component: ComponentElement) -> None:
+        """Checks an outer component against its inner one, which the model gets if it lacks it (section 5.4)."""
+        if component.tree.modification is not None:
+            raise component.error(f"{component.name} is outer, and its declaration cannot have a modification.")
+        inner = self.context.inner(component, self.root, component.tree.at)
+        own, other = type_of(component.prototype), type_of(inner.prototype)
+        missing = [one.name for one in component.prototype.components() if one.name not in inner.prototype.elements]
+        if own.name != other.name or missing:
+            raise component.error(
+                f"{inner.path} is no {component.prototype.name}, as the outer component {component.path} needs"
+                + (f": it has no {missing[0]}." if missing else ".")
+            )
 
     def _declaration(self, component: ComponentElement) -> None:
         """Adds a variable, or the equation of a record."""
@@ -228,8 +258,12 @@ class _Flattening:
         context.register(component)
         place = component.scope.source.place(component.tree.at)
         kind = type_of(component.prototype)
+        if kind.name != "object" and (other := next(component.prototype.components(), None)) is not None:
+            raise other.error(f"{component.prototype.name} is a {kind}, which cannot have the element {other.name}.")
         binding = None if _has_equation(component.parent) else context.binding(component)
         variability = component.variability
+        if variability == "constant" and binding is None and not _has_equation(component.parent):
+            raise component.error(f"the constant {component.name} has no value.")
         if binding is not None and binding.variability > VARIABILITY[variability] and kind.name != "object":
             at = (
                 component.modifier.binding.error
@@ -243,7 +277,6 @@ class _Flattening:
             else {}
         )
         connection = component.connection
-        is_local = component.is_protected
 
         def value(name: str) -> e.Expression | None:
             found = attributes.get(name)
@@ -255,7 +288,7 @@ class _Flattening:
             if kind.name in ("Real", "Integer", "Boolean", "String", "Clock")
             else self._type_name(component),
             variability=variability or ("parameter" if kind.name == "object" else "continuous"),
-            causality=self._causality(component, is_local),
+            causality=component.causality,
             dims=dims,
             binding=None if binding is None else binding.x,
             start=value("start"),
@@ -276,20 +309,28 @@ class _Flattening:
     def _type_name(self, component: ComponentElement) -> str:
         return component.prototype.origin().element.target().path
 
-    def _causality(self, component: ComponentElement, is_protected: bool) -> str:
-        """`input` and `output` count at the top only (section 4.4.2.2)."""
-        found = component.causality
-        outermost = component
-        while outermost.parent is not None:
-            outermost = outermost.parent
-        is_top = component.parent is None or outermost.prototype.kind in ("connector", "expandable connector")
-        return found if is_top and not outermost.is_protected else ""
-
     def _attribute(self, component: ComponentElement, name: str) -> Typed | None:
+        modifier = component.prototype.attributes()[name]
+        if modifier.elements:
+            raise modifier.error(f"the attribute {name} has no elements.")
         found = self.context.attribute(component, name)
         if found is not None and found.variability == CONTINUOUS and name != "value":
             raise component.error(f"the attribute {name} of {component.name} varies.")
+        if found is not None:
+            self._check_attribute(component, name, found)
         return found
+
+    def _check_attribute(self, component: ComponentElement, name: str, found: Typed) -> None:
+        """Raises `TextError` for an attribute of another type or size than the component has."""
+        wanted = ATTRIBUTE_TYPES.get(name) or type_of(component.prototype)
+        modifier = component.prototype.attributes()[name]
+        if not accepts(wanted, found.type) and found.type.name != "enumeration":
+            raise modifier.error(f"the attribute {name} of {component.name} is of type {wanted}, not {found.type}.")
+        if found.dims and not same_dims(found.dims, self.context.sizes(component)):
+            sizes = written_dims(self.context.sizes(component))
+            raise modifier.error(
+                f"{component.name} has size {sizes}, but its attribute {name} has size {written_dims(found.dims)}."
+            )
 
     def _fixed(self, component: ComponentElement, found: Typed | None, dims: Index) -> tuple[bool, ...]:
         if found is None:
@@ -330,6 +371,8 @@ class _Flattening:
     def _section(self, base: Instance, section: t.Section) -> None:
         here = Expressions(self.context, base)
         if not section.is_algorithm:
+            if section.is_initial and (found := next((x for x in section.clauses if isinstance(x, t.Connect)), None)):
+                raise here.error(found.at, "`connect` is not allowed in an initial equation section.")
             Equations(here, self.initial if section.is_initial else self.found).all(section.clauses)
             return
         if not section.clauses:

@@ -61,6 +61,8 @@ def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
             )
         if isinstance(inner, ClassElement):
             return _in_class(here, inner, ref, i)
+        if inner.is_protected and not inner.is_local:
+            raise here.error(part.at, f"{part.name} is protected in {holder.name}, and not accessible from outside.")
         found = inner
         components.append(found)
     return Chain(tuple(components), ref.parts[len(ref.parts) - len(components) :])

@@ -73,6 +73,23 @@ def test_streams_of_one_two_and_three_connectors() -> None:
     assert three["a.y"] == f"((({flows[0]} * b.a.h) + ({flows[1]} * c.a.h)) / ({flows[0]} + {flows[1]}))"
 
 
+def test_streams_of_substances() -> None:
+    text = STREAM.replace("stream Real h;", "stream Real h; stream Real x[2];").replace(
+        "a.h = 1;", "a.h = 1; a.x = {1, 2};"
+    )
+    text = text.replace("Real y = inStream(a.h);", "Real y[2] = inStream(a.x); Real w = inStream(a.x[2]);")
+    found = variables(text + "model M V a, b; equation connect(a.a, b.a); end M;")
+    assert found["a.y[2]"] == "{b.a.x[1], b.a.x[2]}"
+    assert found["a.w"] == "b.a.x[2]"
+
+
+def test_vectors_of_flows_stay_together() -> None:
+    text = """
+        connector F Real r[3]; flow Real f[3]; end F; model A F a; end A;
+        model M A a, b, c; equation connect(a.a, b.a); end M;"""
+    assert equations(text) == ["a.a.r = b.a.r", "(a.a.f + b.a.f) = 0", "c.a.f = 0"]
+
+
 def test_streams_through_the_connector_of_a_model() -> None:
     text = (
         STREAM

@@ -38,6 +38,14 @@ def test_sizes_from_values_and_from_other_sizes() -> None:
     assert list(variables(source)) == ["x[3, 2]", "y[2, 3]", "z[2, 2]"]
 
 
+def test_a_size_of_an_input_that_another_size_gives() -> None:
+    source = """
+        function f input Real a[:, size(a, 1)]; output Real y = a[1, 1]; end f;
+        model M Real y = f([1, 2; 3, 4]); end M;"""
+    assert variables(source) == {"y": "f({{1, 2}, {3, 4}})"}
+    assert text(flat(source).functions["f"].inputs[0].dims) == ":; Size(a, 1)"
+
+
 def test_enumerations_as_sizes_indices_and_ranges() -> None:
     source = """
         type E = enumeration(a, b, c);
@@ -206,6 +214,32 @@ def test_operators_of_records() -> None:
     ],
 )
 def test_wrong_texts_are_refused_with_their_place(text_of_model: str, message: str) -> None:
+    with pytest.raises(ModelicaError, match=message) as found:
+        flat(f"model M {text_of_model} end M;")
+    assert str(found.value).startswith("<model>.mo:1:")
+
+
+@pytest.mark.parametrize(
+    ("text_of_model", "message"),
+    [
+        ('Real x(start = "a");', "the attribute start of x is of type Real, not String"),
+        ("Real x(fixed = 1);", "the attribute fixed of x is of type Boolean, not Integer"),
+        ("Real x[2, 2](start = {3, 1});", r"its attribute start has size \[2\]"),
+        ("Real x(start(y = 1));", "the attribute start has no elements"),
+        ("constant Real c;", "the constant c has no value"),
+        ("Real x = a.y; A a; model A protected Real y; end A;", "y is protected in A"),
+        ("A a, b = a; model A Real y; end A;", "b is a model, which has no value"),
+        ("model A Real y; end A; A a, b; algorithm a := b;", "cannot be assigned"),
+        ("T x; type T extends Real; Real y; end T;", "which cannot have the element y"),
+        (
+            "function f output Real a, b; end f; Real x, y; equation (x + 1, y) = f();",
+            "must have variables",
+        ),
+        ("inner Real x; A a; model A outer Real x = 1; end A;", "its declaration cannot have a modification"),
+        ("inner B b; A a; model B end B; model C Real y; end C; model A outer C b; end A;", "it has no y"),
+    ],
+)
+def test_wrong_declarations_are_refused(text_of_model: str, message: str) -> None:
     with pytest.raises(ModelicaError, match=message) as found:
         flat(f"model M {text_of_model} end M;")
     assert str(found.value).startswith("<model>.mo:1:")
