@@ -126,3 +126,16 @@ def test_a_tolerance_says_which_parameters_its_derivatives_miss() -> None:
     assert steps.jumps == ("x",)
     assert "steps jumps with x" in str(steps)
     assert smooth.jumps == ()
+
+
+@pytest.mark.thorough
+def test_a_tolerance_notices_jumps_between_which_the_result_has_a_slope() -> None:
+    results: Any = {
+        "steps": lambda m: jnp.round(10.0 * m.x) + 0.01 * m.x + 0.1 * m.y,
+        "curved": lambda m: (m.x - 0.5) ** 4 + jnp.exp(2.0 * m.x) + jnp.sin(3.0 * m.y),
+        "dead zone": lambda m: jnp.maximum(m.x - 0.6, 0.0) ** 2,
+    }
+    spreads = Tolerance(Pair(), {"x": Uniform(0.01, 0.99), "y": Uniform(0.6, 0.8)}, results).first_order()
+    assert [name for name, spread in spreads.items() if spread.unexplained] == ["steps"]
+    (sentence,) = spreads["steps"].unexplained
+    assert "within a standard deviation of x, but its derivatives explain 0.0028" in sentence

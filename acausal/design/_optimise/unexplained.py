@@ -12,12 +12,11 @@ import numpy as np
 
 from .._certificate.curvature import REACH
 from .._certificate.first_order import ACTIVE, FEASIBLE, Point
-from .._compute.evaluator import Evaluation
+from .._compute.evaluator import SHARE, Evaluation
 from .._problem.limits import Objective
 from .task import Task
 
 PIECES = 10  # most bisections for the integral of a derivative; a jump remains in one of them
-SHARE = 0.5  # share of a change that the derivatives must explain
 
 
 def unexplained(task: Task, point: Point, flat: Sequence[np.ndarray], objective: Objective) -> tuple[str, ...]:

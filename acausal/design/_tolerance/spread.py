@@ -61,8 +61,8 @@ class Spread:
     - `failed`: number of failed members by reason. Mean and percentiles exclude them.
     - `causes`: contributions of parameters to the variance, for the first-order method.
     - `unfinished`: number of members missing after an interrupt.
-    - `unexplained`: parameters that change the result although its derivatives are zero, because it counts or rounds.
-      Methods by derivatives then miss their contribution.
+    - `unexplained`: parameters that change the result otherwise than its derivatives explain, because it counts, rounds
+      or jumps. Methods by derivatives then miss their contribution.
     """
 
     result: str

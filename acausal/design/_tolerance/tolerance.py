@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
-from .._compute.evaluator import CHANGED, Evaluator
+from .._compute.evaluator import CHANGED, SHARE, Evaluator
 from .._problem.distributions import Distribution, member_count, sobol_scores
 from .._problem.limits import objectives_of
 from .._problem.types import ByPath, Executor, Progress
@@ -223,29 +223,42 @@ class Tolerance(Generic[M]):
         return found.values, found.jacobian
 
     def _unexplained(self, row: int) -> tuple[str, ...]:
-        """Parameters that change a result within their standard deviation although its derivatives are zero."""
-        here, own = self._evaluator(self.means), np.eye(len(self.names), dtype=bool)
-        scale = self._scales[self._batch.columns[1][row]]
+        """Parameters that change a result within their standard deviation otherwise than its derivatives explain.
 
-        def change(moved: np.ndarray) -> float:
-            for sign in (1.0, -1.0):
-                there = self._evaluator(np.where(moved, self.means + sign * self._joint.std, self.means))
-                if there.is_good and not np.any(there.jacobian[row, moved]):
-                    size = max(abs(there.values[row]), abs(here.values[row]))
-                    if abs(there.values[row] - here.values[row]) > CHANGED * size:
-                        return float(there.values[row] - here.values[row])
-            return 0.0
-
-        blind = here.jacobian[row] == 0.0
-        if not np.any(blind) or not change(blind):
+        Results that count or round jump, and their derivatives lack the jumps. Single parameters are examined only if
+        a change of all of them, or of those with a zero derivative, reveals such a difference.
+        """
+        is_blind = self._evaluator(self.means).jacobian[row] == 0.0
+        std, scale = self._joint.std, self._scales[self._batch.columns[1][row]]
+        together = [std, *([std * is_blind] if np.any(is_blind) else [])]
+        if not any(self._difference(row, step) for step in together):
             return ()
-        changes = {i: change(own[i]) for i in np.flatnonzero(blind).tolist()}
-        return tuple(
-            f"{self._batch.columns[0][row]} changes by {scale.difference(step):.6g}{scale.text} within a standard "
-            f"deviation of {self.names[i]}, but its derivatives are zero: use monte_carlo"
-            for i, step in changes.items()
-            if step
-        )
+        single = {name: self._difference(row, step) for name, step in zip(self.names, np.diag(std), strict=True)}
+        found = {name: one for name, one in single.items() if one}
+        sentences = []
+        for name, (change, explained) in found.items():
+            part = f"explain {scale.difference(explained):.6g}{scale.text} of this" if explained else "are zero"
+            sentences.append(
+                f"{self._batch.columns[0][row]} changes by {scale.difference(change):.6g}{scale.text} within a "
+                f"standard deviation of {name}, but its derivatives {part}: use monte_carlo"
+            )
+        return tuple(sentences)
+
+    def _difference(self, row: int, step: np.ndarray) -> tuple[float, float] | None:
+        """The change of a result by a step from the means in either direction, and the part of it that derivatives
+        explain, by the trapezoidal rule; None if they explain it.
+        """
+        here = self._evaluator(self.means)
+        for whole in (step, -step):
+            points = [here, *(self._evaluator(self.means + share * whole) for share in (0.5, 1.0))]
+            if not all(point.is_good for point in points):
+                continue
+            first, middle, last = (float(point.jacobian[row] @ whole) for point in points)
+            explained, values = 0.25 * (first + 2.0 * middle + last), [point.values[row] for point in points]
+            change = float(values[-1] - values[0])
+            if abs(change) > CHANGED * np.max(np.abs(values)) and abs(change - explained) > SHARE * abs(change):
+                return change, explained
+        return None
 
     @ft.cached_property
     def _hessian(self) -> np.ndarray:
