@@ -133,6 +133,13 @@ def test_integrals_through_kinks_jumps_and_spikes_within_steps(rtol: float, leve
         np.testing.assert_allclose(found[name], value, rtol=30.0 * rtol, atol=1e-12, err_msg=name)
 
 
+@pytest.mark.parametrize("level", [0.171, 0.268, 0.755])
+def test_integral_of_a_jump_alone(level: float) -> None:
+    """The time above a level. Other functions would divide the pieces in whose middle the jump is."""
+    found = simulate(Swing(), np.pi, rtol=1e-8).integral(lambda s: jnp.where(s.x > level, 1.0, 0.0))
+    np.testing.assert_allclose(found, np.pi - 2.0 * np.arcsin(level), atol=3e-8)
+
+
 @pytest.mark.thorough
 def test_integrals_through_kinks_have_their_derivatives_in_both_modes() -> None:
     def integral(w: Any) -> Any:

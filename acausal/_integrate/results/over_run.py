@@ -104,8 +104,9 @@ class OverRun:
 
         `alike` functions have one unit; their errors are compared with the largest of them.
 
-        A piece is halved until its mean and that of the polynomial of half the degree agree. Derivatives are those at
-        fixed pieces. At a kink, the last pieces are so short that this is exact within the tolerance.
+        A piece is halved until its mean and that of the polynomial of half the degree agree, and the highest
+        coefficients of the polynomial vanish. Derivatives are those at fixed pieces. At a kink, the last pieces are so
+        short that first derivatives are exact within the tolerance.
         """
         held, n = self._held(), self.function.n_outputs
         whole = held._whole_steps()
@@ -125,8 +126,10 @@ class OverRun:
         xp, pieces = self._xp, state.open
 
         def summary(values: Any) -> tuple[Any, ...]:
-            mean, sizes = _weighted(WEIGHTS, values), abs(values)
-            error = abs(mean - _weighted(ROUGH_WEIGHTS, values))
+            mean, sizes, xp = _weighted(WEIGHTS, values), abs(values), jnp if are_traced(values) else np
+            # The means of a jump in the middle agree by symmetry. Its highest coefficients do not vanish.
+            tail = abs(_weighted(TAIL, values)).max(1)
+            error = xp.maximum(abs(mean - _weighted(ROUGH_WEIGHTS, values)), tail)
             return mean, error, _weighted(WEIGHTS, sizes), sizes.max(1)
 
         mean, error, size, largest = self._by_block(summary, pieces)

@@ -231,8 +231,8 @@ class Solution(eqx.Module, Generic[M]):
 
         It is computed from the recorded steps. Steps are divided until the function is resolved to a hundredth of
         `rtol`, also at kinks, jumps and spikes within a step; spikes narrower than a twentieth of a step may be missed.
-        Derivatives go through kinks. At a jump of the function, as in `jnp.where(s.x > 0.9, 1.0, 0.0)`, the time of the
-        jump has no derivative, as with `integrals=` of `simulate`.
+        First derivatives go through kinks. At a jump of the function, as in `jnp.where(s.x > 0.9, 1.0, 0.0)`, the time
+        of the jump has no derivative, as with `integrals=` of `simulate`.
 
         If the estimated error exceeds `rtol`, it warns with `UnresolvedWarning`; within `jit`, `vmap` and `grad`, it
         raises `RuntimeError`.
