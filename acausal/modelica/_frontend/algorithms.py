@@ -21,8 +21,11 @@ class NeedsUnrolling(Exception):
 class Statements:
     """Makes statements in a class instance."""
 
-    def __init__(self, here: Expressions, *, in_when: bool = False, is_initial: bool = False) -> None:
+    def __init__(
+        self, here: Expressions, *, in_when: bool = False, is_initial: bool = False, in_clause: bool = False
+    ) -> None:
         self.here = here
+        self.in_clause = in_clause  # of `if`, `for` or `while`
         self.is_initial = is_initial
         self.is_function = here.scope.whole.is_function
         self.in_when = in_when
@@ -49,7 +52,8 @@ class Statements:
             case t.ForClause():
                 return self._for(x.iterators, x.body)
             case t.WhileClause():
-                return (e.While(self.here.boolean(x.condition, "the condition of `while`").x, self.body(x.body)),)
+                condition = self.here.boolean(x.condition, "the condition of `while`").x
+                return (e.While(condition, self._inside().body(x.body)),)
             case t.WhenClause():
                 return (self._when(x),)
             case t.Return():
@@ -137,6 +141,8 @@ class Statements:
         if name == "assert":
             return assertion(self.here, call)
         if name == "terminate":
+            if self.is_function:
+                raise self.here.error(call.at, "`terminate` is not allowed in functions.")
             return e.Terminate(self.here.single(_argument(self.here, call, ("message",), 0)).x)
         if name == "reinit":
             return self._reinit(call)
@@ -159,15 +165,16 @@ class Statements:
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         blocks: list[tuple[e.Expression, e.Body]] = []
         otherwise: e.Body | None = None
+        inside = self._inside()
         for condition, body in x.branches:
             truth = self.here.boolean(condition, "the condition of `if`")
             if truth.variability == CONSTANT and isinstance(truth.x, e.Const):
                 if truth.x.value:
-                    otherwise = self.body(body)
+                    otherwise = inside.body(body)
                     break
                 continue
-            blocks.append((truth.x, self.body(body)))
-        otherwise = self.body(x.otherwise) if otherwise is None else otherwise
+            blocks.append((truth.x, inside.body(body)))
+        otherwise = inside.body(x.otherwise) if otherwise is None else otherwise
         return (e.IfStatement(tuple(blocks), otherwise),) if blocks else otherwise
 
     def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> tuple[e.Statement, ...]:
@@ -188,13 +195,19 @@ class Statements:
         return tuple(found)
 
     def _knowing(self, name: str, value: Typed) -> "Statements":
-        return Statements(self.here.knowing({name: value}), in_when=self.in_when, is_initial=self.is_initial)
+        return self._inside(self.here.knowing({name: value}))
+
+    def _inside(self, here: Expressions | None = None) -> "Statements":
+        """Statements in a clause."""
+        return Statements(here or self.here, in_when=self.in_when, is_initial=self.is_initial, in_clause=True)
 
     def _when(self, x: t.WhenClause) -> e.Statement:
         if self.is_function:
             raise self.here.error(x.at, "`when` is not allowed in functions.")
         if self.in_when:
             raise self.here.error(x.at, "`when` is not allowed in `when`.")
+        if self.in_clause or self.is_initial:
+            raise self.here.error(x.at, "`when` is not allowed in an initial section, nor in `if`, `for` or `while`.")
         inner = Statements(self.here, in_when=True)
         return e.WhenClause(tuple((when_condition(self.here, c), inner.body(body)) for c, body in x.branches))
 

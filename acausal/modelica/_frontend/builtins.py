@@ -137,8 +137,8 @@ def _integer_of(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 def _extreme(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     kind = args[0].type
     if len(args) == 1:
-        if not args[0].dims:
-            raise here.error(x.at, f"`{name}` of one argument needs an array.")
+        if not args[0].dims or kind == STRING:
+            raise here.error(x.at, f"`{name}` of one argument needs an array of numbers.")
         return _made(name, args, kind)
     both = common(kind, args[1].type)
     if both is None or args[0].dims or args[1].dims or both == STRING:
@@ -544,6 +544,10 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
         return found
     if name in ("sum", "product") and not found.type.is_numeric and found.type.name not in ("record", "any"):
         raise here.error(x.at, f"`{name}` needs numbers, not values of type {found.type}.")
+    if name in ("min", "max") and (len(found.dims) > 1 or found.type == STRING):
+        raise here.error(
+            x.at, f"`{name}` needs scalars, not values of type {found.type} with {len(found.dims)} dimensions."
+        )
     if found.type.name == "record":
         return _record_total(here, name, t.Call(x.function, (x.body,), (), x.at), found)
     return _made(name, [found], REAL if found.type == ANY else found.type)

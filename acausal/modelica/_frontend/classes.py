@@ -85,6 +85,8 @@ class ClassElement:
         if found._instance is None:
             found._instance = Instance(found, found.modifier, found.path, None)
             found._instance.is_class = True
+            if self.original is not None:
+                self._check(self.original)
         return found._instance
 
     def target(self) -> "ClassElement":
@@ -101,12 +103,20 @@ class ClassElement:
             self._pending = False
         return found if found.tree.kind == self.tree.kind and not self.extended else self
 
+    def _check(self, original: "ClassElement") -> None:
+        """Checks a redeclared class against the constraint of the declaration that it replaces."""
+        constraint, scope = original.tree.constraint, original.definition_scope
+        wanted = scope.find_class(constraint.type, original.definition.source) if constraint else original
+        _check_subtype(self.instance, wanted.instance, lambda text: self.definition.source.error(self.tree.at, text))
+
     @property
     def definition_scope(self) -> "Instance | Top":
         return self.scope or self.top
 
     def instantiate(self, modifier: Modifier | None, path: str, component: "ComponentElement | None") -> "Instance":
         """An instance with a further modifier, as the type of a component."""
+        if self.original is not None:
+            _ = self.instance  # which is checked
         return Instance(self, merged(modifier, self.modifier), path, component)
 
 
@@ -236,6 +246,8 @@ class Instance:
             self._check_changed(name, tree, outer)
         redeclaration = outer.redeclaration
         if redeclaration is None:
+            if outer.binding is not None:
+                raise outer.error(f"{name} is a class, which `redeclare` replaces, not a value.")
             found.modifier = outer
             return found
         if isinstance(redeclaration.element, t.Component):
@@ -619,8 +631,11 @@ class ComponentElement:
     @property
     def type(self) -> ClassElement:
         if self._type is None:
-            found = self.scope.find_class(self.tree.type)
-            self._type = found
+            self._type = self.scope.find_class(self.tree.type)
+            if self.replaced is not None:
+                constraint = self.replaced.constraint
+                wanted = self.holder.find_class(constraint.type if constraint else self.replaced.type)
+                _check_subtype(self._type.instance, wanted.instance, self.error)
         return self._type
 
     @property
@@ -842,6 +857,19 @@ def _have_one_text(a: object, b: object) -> bool:
         return a == b
     names = [one.name for one in dataclasses.fields(a) if one.name != "at"]
     return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
+
+
+def _check_subtype(new: Instance, wanted: Instance, error: Callable[[str], TextError]) -> None:
+    """Raises `error` for a redeclaration without the elements of its constraint (section 7.3, chapter 6)."""
+    if new.tree is wanted.tree:
+        return
+    missing = [one.name for one in wanted.components() if not one.is_protected and one.name not in new.elements]
+    if new.builtin != wanted.builtin and (wanted.builtin or new.builtin) and wanted.kind == "type":
+        raise error(f"{new.name} is no {wanted.builtin or wanted.name}, which it replaces.")
+    if wanted.literals and new.literals != wanted.literals:
+        raise error(f"{new.name} has other literals than {wanted.name}, which it replaces.")
+    if missing:
+        raise error(f"{new.name} has no {missing[0]}, which {wanted.name} has that it replaces.")
 
 
 def _is_outside(scope: Instance, holder: Instance) -> bool:

@@ -1,5 +1,7 @@
 """Expressions (Modelica 3.6, chapters 3 and 10): from the tree to the flat model, with types and sizes."""
 
+import contextlib
+import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -32,6 +34,7 @@ from .typed import (
 if TYPE_CHECKING:
     from .structure import Context
 
+_LONGEST = 1e7  # ranges
 _TIME = Typed(e.Ref("time"), REAL)
 
 
@@ -102,6 +105,8 @@ class Expressions:
         if first.name == "time" and not ref.is_global and self.scope.find("time") is None:
             if len(ref.parts) > 1 or first.subs:
                 raise self.error(ref.at, "`time` is a scalar.")
+            if self.scope.whole.is_function:
+                raise self.error(ref.at, "`time` is not allowed in functions.")
             return _TIME
         found = references.find(self, ref)
         if isinstance(found, Typed):
@@ -343,13 +348,19 @@ class Expressions:
         found = e.RangeOf(start.x, None if step is None else step.x, stop.x)
         count: int | None = None
         if variability <= PARAMETER:
-            try:
-                count = len(self.context.value(found))
+            with contextlib.suppress(NotKnown):
+                count = self._count(x, start, step, stop)
                 if variability == PARAMETER:
                     self.context.select(found)
-            except NotKnown:
-                pass
         return Typed(found, kind, (count,), variability)
+
+    def _count(self, x: t.Range, start: Typed, step: Typed | None, stop: Typed) -> int:
+        """The number of values of a range. Raises `NotKnown`."""
+        first, last = self.context.value(start.x), self.context.value(stop.x)
+        width = 1 if step is None else self.context.value(step.x)
+        if not width or abs((last - first) / width) > _LONGEST:
+            raise self.error(x.at, f"the step {width} of the range from {first} to {last} is too small.")
+        return max(math.floor((last - first) / width + 1e-9) + 1, 0)
 
     def _truths(self, start: Typed, stop: Typed, variability: int) -> Typed:
         first, last = bool(self.context.value(start.x)), bool(self.context.value(stop.x))
@@ -442,6 +453,15 @@ class Expressions:
 
     def _implied(self, x: t.Iterator, uses: Sequence[Any]) -> tuple[Typed, list[Typed] | None]:
         """The range of an iterator from the size of the arrays that it indexes (section 11.2.2.2)."""
+        sizes: dict[int, str] = {}
+        for ref, part, position in _indexed_by(uses, x.name):
+            chain = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
+            if isinstance(chain, references.Chain) and (size := self.context.sizes(chain.last)[position]) is not None:
+                sizes[size] = str(ref)
+        if len(sizes) > 1:
+            raise self.error(
+                x.at, f"the range of {x.name} differs: {' and '.join(sizes.values())} have different sizes."
+            )
         for ref, part, position in _indexed_by(uses, x.name):
             found = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
             if isinstance(found, references.Chain):

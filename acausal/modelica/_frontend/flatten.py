@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..._errors import ModelError
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, SourcePlace
@@ -57,7 +58,13 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     if bracket:
         modification = parse_modification(request)
     top = Top(Libraries(texts, folders))
-    return _Flattening(top.model(name.strip(), modification, request), name.strip()).flat()
+    root = top.model(name.strip(), modification, request)
+    try:
+        return _Flattening(root, name.strip()).flat()
+    except ModelicaError:
+        raise
+    except ModelError as error:  # of a value on which the structure depends
+        raise root.error(root.tree.at, f"{error}") from error
 
 
 def _given(source: str | Path, roots: Sequence[str | Path]) -> tuple[list[Source], list[Path]]:
@@ -262,7 +269,12 @@ class _Flattening:
             raise other.error(f"{component.prototype.name} is a {kind}, which cannot have the element {other.name}.")
         binding = None if _has_equation(component.parent) else context.binding(component)
         variability = component.variability
-        if variability == "constant" and binding is None and not _has_equation(component.parent):
+        if (
+            variability == "constant"
+            and binding is None
+            and kind.name != "object"
+            and not _has_equation(component.parent)
+        ):
             raise component.error(f"the constant {component.name} has no value.")
         if binding is not None and binding.variability > VARIABILITY[variability] and kind.name != "object":
             at = (
@@ -316,9 +328,11 @@ class _Flattening:
         found = self.context.attribute(component, name)
         if found is not None and found.variability == CONTINUOUS and name != "value":
             raise component.error(f"the attribute {name} of {component.name} varies.")
-        if found is not None:
-            self._check_attribute(component, name, found)
-        return found
+        if found is None:
+            return None
+        self._check_attribute(component, name, found)
+        dims = self.context.sizes(component)
+        return self.context.repeated(found, dims) if found.dims and len(found.dims) < len(dims) else found
 
     def _check_attribute(self, component: ComponentElement, name: str, found: Typed) -> None:
         """Raises `TextError` for an attribute of another type or size than the component has."""
@@ -326,8 +340,9 @@ class _Flattening:
         modifier = component.prototype.attributes()[name]
         if not accepts(wanted, found.type) and found.type.name != "enumeration":
             raise modifier.error(f"the attribute {name} of {component.name} is of type {wanted}, not {found.type}.")
-        if found.dims and not same_dims(found.dims, self.context.sizes(component)):
-            sizes = written_dims(self.context.sizes(component))
+        dims = self.context.sizes(component)
+        if not same_dims(found.dims, dims[len(dims) - len(found.dims) :]):
+            sizes = written_dims(dims)
             raise modifier.error(
                 f"{component.name} has size {sizes}, but its attribute {name} has size {written_dims(found.dims)}."
             )
@@ -371,8 +386,11 @@ class _Flattening:
     def _section(self, base: Instance, section: t.Section) -> None:
         here = Expressions(self.context, base)
         if not section.is_algorithm:
-            if section.is_initial and (found := next((x for x in section.clauses if isinstance(x, t.Connect)), None)):
-                raise here.error(found.at, "`connect` is not allowed in an initial equation section.")
+            wrong = (
+                [x for x in section.clauses if isinstance(x, t.Connect | t.WhenClause)] if section.is_initial else []
+            )
+            if wrong:
+                raise here.error(wrong[0].at, "`connect` and `when` are not allowed in an initial equation section.")
             Equations(here, self.initial if section.is_initial else self.found).all(section.clauses)
             return
         if not section.clauses:

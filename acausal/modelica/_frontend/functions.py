@@ -90,6 +90,9 @@ class Functions(Mapping[str, FlatFunction]):
                 if not component.is_protected and component.variability not in ("constant", "parameter"):
                     raise component.error(f"{component.name} of a function must be an input, an output or protected.")
                 own.append(self._formal(component, known))
+        sections = [one for base in instance.lineage() for one in _algorithms(base)]
+        if len(sections) > 1:
+            raise instance.error(instance.tree.at, f"the function {instance.name} has {len(sections)} algorithms.")
         body: list[e.Statement] = []
         external: t.External | None = None
         for base in instance.lineage():
@@ -153,6 +156,11 @@ class Functions(Mapping[str, FlatFunction]):
         c_name = external.name if external is not None and external.name else constructor.name
         place = instance.source.place(instance.tree.at)
         return FlatFunction(name, tuple(inputs), (), (), (), False, c_name, place)
+
+
+def _algorithms(base: Instance) -> list[t.Section]:
+    body = base.tree.body
+    return [one for one in body.sections if one.is_algorithm and one.clauses] if isinstance(body, t.Long) else []
 
 
 def _function_name(arg: Typed) -> str:

@@ -297,14 +297,14 @@ class Context:
         dims = self.sizes(component)
         if not same_dims(value.dims, dims):
             if component.modifier and component.modifier.binding and component.modifier.binding.is_each:
-                return self._each(value, dims)
+                return self.repeated(value, dims)
             raise error(
                 f"{component.name} has size {written_dims(dims)}, but its value has size {written_dims(value.dims)}."
             )
         return value
 
-    def _each(self, value: Typed, dims: Dims) -> Typed:
-        """A value with `each` for all elements of an array."""
+    def repeated(self, value: Typed, dims: Dims) -> Typed:
+        """A value for all elements of an array, of which the value has the last dimensions."""
         sizes = [n or 0 for n in dims[: len(dims) - len(value.dims)]]
         return value._replace(x=nested([value.x] * int(np.prod(sizes)), sizes), dims=dims)
 
@@ -379,7 +379,7 @@ class Context:
         sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
         if None in sizes and record.variability <= 1:
             with contextlib.suppress(NotKnown):
-                sizes = np.shape(self.value(x))[len(record.dims) :]
+                sizes = _shape(self.value(x))[len(record.dims) :][: len(sizes)]
         variability = min(record.variability, VARIABILITY[inner.variability])
         return Typed(x, type_of(inner.prototype), (*record.dims, *sizes), variability)
 
@@ -504,6 +504,13 @@ def _member_value(value: Value, index: Sequence[int]) -> Value:
     if isinstance(value, dict):
         return {name: _member_value(item, index) for name, item in value.items()}
     return plain(value[tuple(index)])
+
+
+def _shape(value: Value) -> tuple[int, ...]:
+    """The size of an array; of an array of records, that of its first field, which may have further dimensions."""
+    while isinstance(value, dict):
+        value = next(iter(value.values()), 0)
+    return np.shape(value)
 
 
 def _index(path: str) -> Index:

@@ -144,6 +144,16 @@ def test_removed_elements() -> None:
         ("model A Real x; end A; model M A a[2](x = 1); end M;", "needs `each`"),
         ("model A Real x; end A; model M A a[3](x = {1, 2}); end M;", "2 values, but there are more components"),
         ("model M extends M; end M;", "extends itself"),
+        (
+            "model A replaceable B b; end A; model B Real x; end B; model C end C; model M A a(redeclare C b); end M;",
+            "has no x",
+        ),
+        (
+            "model A replaceable model T Real x; end T; T t; end A; model C end C;"
+            " model M A a(redeclare model T = C); end M;",
+            "C has no x, which T has that it replaces",
+        ),
+        ("model A replaceable Real x; end A; model M A a(redeclare Integer x); end M;", "Integer is no Real"),
         ("model M M m; end M;", "contains itself"),
         ("model M redeclare Real x; end M;", "no base class of M has x to redeclare"),
     ],
