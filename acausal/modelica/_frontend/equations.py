@@ -11,9 +11,7 @@ from .algorithms import Statements, assertion, when_condition
 from .calls import converted_to
 from .expressions import Expressions
 from .typed import (
-    CONSTANT,
     PARAMETER,
-    REAL,
     Dims,
     Type,
     Typed,
@@ -188,10 +186,6 @@ class Equations:
         bodies = [self._branch(body) for _, body in x.branches]
         otherwise = self._branch(x.otherwise)
         if len({len(body.equations) for body in (*bodies, otherwise)}) > 1:
-            chosen = self.chosen(x, conditions, is_free=True)
-            if chosen is not None:
-                self.all(chosen)
-                return
             bodies, otherwise = [body.scalars() for body in bodies], otherwise.scalars()
         self._asserts(conditions, [*bodies, otherwise])
         if any(body.whens for body in (*bodies, otherwise)):
@@ -209,15 +203,10 @@ class Equations:
             equation = FlatEquation(residual, self.here.scope.path, "component", self._place(x.at))
             self.found.add(equation, otherwise.sizes[i])
 
-    def chosen(self, x: t.IfClause, conditions: Sequence[Typed], *, is_free: bool = False) -> Sequence[t.Clause] | None:
-        """The branch that parameters choose. Real parameters choose only if the branches differ in their kind
-        (`is_free`), so that equations can be differentiated for them.
-        """
-        is_free = is_free or _has_connections(x) or not _are_alike(x)
+    def chosen(self, x: t.IfClause, conditions: Sequence[Typed]) -> Sequence[t.Clause] | None:
+        """The branch that parameters choose; None if conditions vary, or are not known."""
         for condition, (_, body) in zip(conditions, x.branches, strict=True):
             if condition.variability > PARAMETER:
-                return None
-            if condition.variability > CONSTANT and not is_free and self._reads_real(condition.x):
                 return None
             try:
                 truth = self.here.context.value(condition.x)
@@ -227,17 +216,6 @@ class Equations:
             if truth:
                 return body
         return x.otherwise
-
-    def _reads_real(self, x: e.Expression) -> bool:
-        from .._translate.known import names_in
-
-        for name in names_in(x):
-            component = self.here.context.find(name)
-            if component is None or component.variability != "parameter":
-                continue
-            if type_of(component.prototype) == REAL:
-                return True
-        return False
 
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
         found = Found()
@@ -392,26 +370,3 @@ def _connects(x: t.Clause) -> bool:
         case t.ForClause():
             return any(map(_connects, x.body))
     return False
-
-
-def _are_alike(x: t.IfClause) -> bool:
-    """Whether all branches have as many equations in the text, so that none must be chosen."""
-    counts = {_count(body) for _, body in x.branches} | {_count(x.otherwise)}
-    return len(counts) == 1 and None not in counts
-
-
-def _count(clauses: Sequence[t.Clause]) -> int | None:
-    total = 0
-    for clause in clauses:
-        if isinstance(clause, t.ForClause):
-            return None
-        if isinstance(clause, t.Equality) or (
-            isinstance(clause, t.CallEquation) and clause.call.function.names not in (("assert",), ("terminate",))
-        ):
-            total += 1
-        elif isinstance(clause, t.IfClause):
-            inner = _count(clause.branches[0][1])
-            if inner is None:
-                return None
-            total += inner
-    return total

@@ -68,7 +68,7 @@ def test_if_equations_of_parameters_are_chosen_and_others_are_kept() -> None:
         end M;"""
     assert equations(source) == [
         "x = 2",
-        "if (p > 0) then (y - 1) else (y - 2) = 0",
+        "y = 1",
         "if (time > 1) then (z - 1) elseif (time > 0.5) then (z - 2) else (z - 3) = 0",
     ]
 
