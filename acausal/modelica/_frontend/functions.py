@@ -140,7 +140,9 @@ class Functions(Mapping[str, FlatFunction]):
         kind = type_of(component.prototype)
         if kind.name == "record":
             return self.request_record(component.prototype)
-        if kind.name in ("enumeration", "object"):
+        if kind.name == "enumeration":
+            return "Integer"  # literals are their numbers
+        if kind.name == "object":
             return component.prototype.origin().element.target().path
         if kind.name == "component":
             raise component.error(f"a {component.prototype.kind} is not allowed here.")
@@ -152,7 +154,8 @@ class Functions(Mapping[str, FlatFunction]):
 
     def _object(self, name: str, instance: Instance, constructor: Instance) -> FlatFunction:
         inputs = [self._formal(one) for one in constructor.components() if one.causality == "input"]
-        external = next((b.tree.body.external for b in constructor.lineage() if isinstance(b.tree.body, t.Long)), None)
+        bodies = [base.tree.body for base in constructor.lineage()]
+        external = next((one.external for one in bodies if isinstance(one, t.Long) and one.external), None)
         c_name = external.name if external is not None and external.name else constructor.name
         place = instance.source.place(instance.tree.at)
         return FlatFunction(name, tuple(inputs), (), (), (), False, c_name, place)

@@ -92,14 +92,12 @@ class Library:
             return evaluate(formal.default, at)
         zero = _ZEROS.get(formal.type)
         if zero is None:
-            return self._empty_record(formal.type)
+            zero = self._empty_record(formal.type)
         try:
             sizes = [int(evaluate(size, at)) for size in formal.dims if not isinstance(size, e.Colon)]
         except NotKnown:
             return zero
-        if len(sizes) < len(formal.dims):
-            return zero
-        return np.full(sizes, zero) if sizes else zero
+        return zero if len(sizes) < len(formal.dims) or not sizes else _filled(zero, sizes)
 
     def _empty_record(self, type_name: str) -> Value:
         constructor = self.functions.get(type_name)
@@ -107,6 +105,13 @@ class Library:
             return {}
         at = Scope(self, locals=self.constants)
         return {item.name: self._initial(item, at) for item in constructor.inputs}
+
+
+def _filled(zero: Value, sizes: Sequence[int]) -> Value:
+    """An array of zeros, or an array of records as a record of arrays."""
+    if isinstance(zero, dict):
+        return {name: _filled(item, sizes) for name, item in zero.items()}
+    return np.broadcast_to(zero, (*sizes, *np.shape(zero))).copy()
 
 
 def _without_derivative(value: Value) -> Value:

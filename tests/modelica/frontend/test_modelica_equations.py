@@ -129,6 +129,18 @@ def test_functions_with_records_defaults_and_several_results() -> None:
     assert text(function.body) == "q := r.y; s := ((k * r.x) + q[1])"
 
 
+def test_functions_of_arrays_of_records_and_enumerations_have_values() -> None:
+    source = """
+        type E = enumeration(a, b, c);
+        record R Integer n; Integer v[2]; end R;
+        function f input Integer n; output R r[n];
+        algorithm for i in 1:n loop r[i].n := i; r[i].v[1] := 10*i; end for; end f;
+        function g input R r[:]; output Integer s; protected E e[2];
+        algorithm e[1] := E.b; e[2] := E.c; s := r[2].n + r[3].v[1] + Integer(e[2]); end g;
+        model M Real x[g(f(3))]; end M;"""
+    assert list(variables(source)) == ["x[35]"]
+
+
 def test_functions_as_arguments_get_a_copy_of_the_function() -> None:
     source = """
         partial function F input Real x; output Real y; end F;
