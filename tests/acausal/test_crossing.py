@@ -10,7 +10,7 @@ import pytest
 from jaxtyping import Array, Float
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
-from acausal._integrate.events.crossing import Conditions, first_crossing
+from acausal._integrate.events.crossing import Conditions, Returns, first_crossing
 from acausal._integrate.step.interval import PathSample, sample
 from acausal._reduce.logic import circuit
 
@@ -145,10 +145,10 @@ def test_a_crossing_function_that_is_infinite_is_looked_at_once() -> None:
 
     none = np.zeros(3, bool)
     logic = circuit([("holds", i) for i in range(3)], 3)
-    conditions = Conditions(ft.partial(sample, functions), logic, none, jnp.zeros(3), none, none)
+    conditions = Conditions(ft.partial(sample, functions), logic, none, jnp.zeros(3), jnp.ones(3, bool), none, none)
     truths, yes = jnp.array([False, True, False]), jnp.asarray(True)
     unknown = PathSample(0.0, jnp.zeros(3), jnp.zeros(3), jnp.zeros(0), jnp.zeros(0), 0.0)
-    looked = first_crossing(conditions, unknown, ~yes, truths, jnp.asarray(0.5), 1e-12, yes)
+    looked = first_crossing(conditions, unknown, ~yes, truths, Returns.none(3), jnp.asarray(0.5), 1e-12, yes)
     jax.effects_barrier()
     assert not looked.is_any
     assert sorted(times) == [0.0, 0.5]

@@ -61,7 +61,7 @@ def members(cls: type) -> Iterator[Any]:
 # What stands in declarations, equations, events and connections is named by what holds it, such as `Events`.
 TERMS = {
     *("Equation", "Connection", "Requirement", "Shape"),
-    *("When", "Passing", "At", "Kink", "Refuse", "Follow", "Started", "Remember"),
+    *("When", "Passing", "At", "Kink", "Refuse", "Impact", "Yields", "Follow", "Started", "Remember"),
 }
 
 
