@@ -53,7 +53,7 @@ class At(NamedTuple):
     check_units: bool = True
 
 
-class Sample(At):
+class Sampling(At):
     """A repeated event that happens together with the others of its instant: what Modelica calls sample(time, every).
     It does not wait for them, as other repeated events do.
     """

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._declare.array import Array
-from .._declare.component import At, Component, Event, Follow, Impact, Refuse, Sample, Started, When, Yields
+from .._declare.component import At, Component, Event, Follow, Impact, Refuse, Sampling, Started, When, Yields
 from .._declare.history import ROW, Remember
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
@@ -25,7 +25,7 @@ _STATIC = ("reason", "force", "check_units")  # fields of events that are no num
 _KINDS: dict[type, EventKind] = {
     When: "when",
     At: "at",
-    Sample: "sample",
+    Sampling: "sample",
     Refuse: "refuse",
     Impact: "impact",
     Yields: "yields",

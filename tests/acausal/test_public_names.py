@@ -132,12 +132,22 @@ def test_type_checkers_know_what_constructors_take() -> None:
         Resistor(R="1")  # pyright: ignore[reportArgumentType]
 
 
-def test_the_name_of_a_class_means_one_thing() -> None:
-    """In the engine and in design, for public and internal classes."""
-    found = Counter(
+def class_names(folder: Path, *, without: Path | None = None) -> list[str]:
+    """The names of the classes in a folder, except internal ones of modules."""
+    return [
         node.name
-        for file in Path(acausal.__file__).parent.rglob("*.py")
+        for file in folder.rglob("*.py")
+        if without not in file.parents
         for node in ast.parse(file.read_text()).body
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
-    )
-    assert not [name for name, n in found.items() if n > 1]
+    ]
+
+
+def test_the_name_of_a_class_means_one_thing() -> None:
+    """In the engine and in design, for public and internal classes; and in the front end of Modelica models, whose
+    syntax tree has the words of the specification of the language.
+    """
+    engine = Path(acausal.__file__).parent
+    language = engine / "modelica" / "_frontend"
+    for names in (class_names(engine, without=language), class_names(language)):
+        assert not [name for name, n in Counter(names).items() if n > 1]

@@ -70,8 +70,8 @@ def train(
 
     - `free`: paths of the parameters. The optimiser does not know their ranges or units: scale them to about 1. To
       estimate few physical parameters with intervals, use `identify`.
-    - `loss`: a real function of the model that jax can differentiate. It is traced once, so random numbers that it draws
-      are the same in each step.
+    - `loss`: a real function of the model that jax can differentiate. It is traced once, so it draws the same random
+      numbers in each step.
     - `steps`: number of steps. A keyboard interrupt ends the training with the best model so far.
     - `optimiser`: of optax. The default `optax.lbfgs()` converges fast for a smooth loss; `optax.adam(0.01)` is an
       example of another one.

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from ..._declare.component import At, Events, Follow, Refuse, Sample, Started, When, at, refuse, when
+from ..._declare.component import At, Events, Follow, Refuse, Sampling, Started, When, at, refuse, when
 from ..._declare.history import Remember, remember
 from ..._errors import ModelError
 from ..._tracing import is_traced
@@ -135,7 +135,7 @@ def value_at(node: Any, path: str) -> Any:
 
 def _sample_event(ticks: str, model: Any, values: list[Value]) -> Event:
     start, interval = values
-    return Sample(start, interval, {ticks: value_at(model, ticks) + 1.0})
+    return Sampling(start, interval, {ticks: value_at(model, ticks) + 1.0})
 
 
 def _tick_event(kind: str, names: Sequence[str], model: Any, values: list[Value]) -> Event:
