@@ -91,12 +91,14 @@ class Follow(NamedTuple):
     """Discrete variables that the event iteration makes equal to values."""
 
     changes: dict[str, Numbers]
+    check_units: bool = True
 
 
 class Started(NamedTuple):
     """An event once, at the start of a run."""
 
     changes: dict[str, Numbers]
+    check_units: bool = True
 
 
 Event: TypeAlias = When | At | Refuse | Impact | Yields | Follow | Started | Remember

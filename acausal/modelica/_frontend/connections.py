@@ -38,7 +38,7 @@ class Connector:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class End:
+class ConnectorEnd:
     """A variable in a connector: with a subscript if only an element of it is connected."""
 
     name: str
@@ -54,8 +54,8 @@ class End:
 class Pair:
     """A connection of two variables, of the same size."""
 
-    left: End
-    right: End
+    left: ConnectorEnd
+    right: ConnectorEnd
     dims: Index
     kind: str  # "", "flow" or "stream"
     place: SourcePlace
@@ -65,28 +65,28 @@ class Sets:
     """Sets of connected things, in the order in which they were connected."""
 
     def __init__(self) -> None:
-        self._parent: dict[End, End] = {}
+        self._parent: dict[ConnectorEnd, ConnectorEnd] = {}
 
-    def find(self, x: End) -> End:
+    def find(self, x: ConnectorEnd) -> ConnectorEnd:
         parent = self._parent.setdefault(x, x)
         while parent is not x:
             self._parent[x] = self._parent[parent]
             x, parent = parent, self._parent[parent]
         return x
 
-    def join(self, a: End, b: End) -> bool:
+    def join(self, a: ConnectorEnd, b: ConnectorEnd) -> bool:
         """Joins two sets. Returns whether they were different."""
         a, b = self.find(a), self.find(b)
         self._parent[b] = a
         return a is not b
 
-    def all(self) -> list[list[End]]:
-        found: dict[End, list[End]] = {}
+    def all(self) -> list[list[ConnectorEnd]]:
+        found: dict[ConnectorEnd, list[ConnectorEnd]] = {}
         for x in self._parent:
             found.setdefault(self.find(x), []).append(x)
         return list(found.values())
 
-    def __contains__(self, x: End) -> bool:
+    def __contains__(self, x: ConnectorEnd) -> bool:
         return x in self._parent
 
 
@@ -99,7 +99,7 @@ class Connections:
         self.connectors: list[tuple[Connector, Connector, SourcePlace]] = []
         self.operators: list[tuple[str, t.Call, Expressions]] = []
         self.counts: dict[str, int] = {}
-        self.equal: list[tuple[End, End]] = []  # parameters that must be equal
+        self.equal: list[tuple[ConnectorEnd, ConnectorEnd]] = []  # parameters that must be equal
         self.expansion = Expansion(context, self)
         self._expandable: list[tuple[Connector, Connector, SourcePlace, Callable[[str], TextError]]] = []
 
@@ -169,8 +169,8 @@ class Connections:
                 self._join_variables(a, b, place, error)
 
     def _whole(
-        self, ends: "Sequence[Connector | tuple[End, ComponentElement, Index]]"
-    ) -> "tuple[End, ComponentElement, Index] | None":
+        self, ends: "Sequence[Connector | tuple[ConnectorEnd, ComponentElement, Index]]"
+    ) -> "tuple[ConnectorEnd, ComponentElement, Index] | None":
         """The array whose elements are all connected, in their order."""
         if not ends or isinstance(ends[0], Connector):
             return None
@@ -185,7 +185,7 @@ class Connections:
 
     def ends(
         self, here: Expressions, x: t.Expression
-    ) -> tuple[list[Connector] | list[tuple[End, ComponentElement, Index]], Index] | None:
+    ) -> tuple[list[Connector] | list[tuple[ConnectorEnd, ComponentElement, Index]], Index] | None:
         """The connectors that one side of a connection names, and their number. None if they are absent."""
         if not isinstance(x, t.Reference):
             raise here.error(x.at, "`connect` needs connectors.")
@@ -216,7 +216,7 @@ class Connections:
             members = here_members
             holders = [component.member(index) for component, index in members]
         if _is_variable(found.last):
-            return [(End(c.path, index, is_outside), c, index) for c, index in members], tuple(dims)
+            return [(ConnectorEnd(c.path, index, is_outside), c, index) for c, index in members], tuple(dims)
         return [Connector(c, index, is_outside) for c, index in members], tuple(dims)
 
     def _check(self, here: Expressions, x: t.Reference, found: references.Chain) -> None:
@@ -286,8 +286,8 @@ class Connections:
                 raise error(f"{left.path} and {right.path} have different sizes.")
             if _is_variable(left) and _is_variable(right):
                 self._join_variables(
-                    (End(left.path, (), a.is_outside), left, ()),
-                    (End(right.path, (), b.is_outside), right, ()),
+                    (ConnectorEnd(left.path, (), a.is_outside), left, ()),
+                    (ConnectorEnd(right.path, (), b.is_outside), right, ()),
                     place,
                     error,
                 )
@@ -301,8 +301,8 @@ class Connections:
 
     def _join_variables(
         self,
-        a: tuple[End, ComponentElement, Index],
-        b: tuple[End, ComponentElement, Index],
+        a: tuple[ConnectorEnd, ComponentElement, Index],
+        b: tuple[ConnectorEnd, ComponentElement, Index],
         place: SourcePlace,
         error: Callable[[str], "TextError"],
     ) -> None:
@@ -335,7 +335,7 @@ class Connections:
             if left.ref != right.ref and not self.context.sizes(self._component(left))[len(left.subs) :]
         ]
 
-    def _component(self, end: End) -> ComponentElement:
+    def _component(self, end: ConnectorEnd) -> ComponentElement:
         found = self.context.find(end.name)
         assert found is not None
         return found
@@ -372,7 +372,7 @@ def equations(
 ) -> Iterator[FlatEquation]:
     """The equations of the connections. `flows` are the names and sizes of all flow variables of connectors."""
     potentials, sums = Sets(), Sets()
-    places: dict[End, SourcePlace] = {}
+    places: dict[ConnectorEnd, SourcePlace] = {}
     for pair in connections.split(is_broken):
         places.setdefault(pair.left, pair.place)
         places.setdefault(pair.right, pair.place)
@@ -395,8 +395,8 @@ def equations(
         assert total is not None
         yield FlatEquation(total, "", "flows", places[members[0]])
     for name, dims, place in flows:
-        inside = [End(name, index, False) for index in indices(dims)]
-        if dims and End(name, (), False) in sums:
+        inside = [ConnectorEnd(name, index, False) for index in indices(dims)]
+        if dims and ConnectorEnd(name, (), False) in sums:
             continue
         open_ones = [one for one in inside if one not in sums]
         if len(open_ones) == len(inside) and dims:

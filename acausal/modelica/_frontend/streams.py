@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation
 from .classes import ComponentElement
-from .connections import Connections, End, Sets
+from .connections import Connections, ConnectorEnd, Sets
 from .modifiers import Index
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ class Streams:
     def __init__(self, context: "Context", connections: Connections) -> None:
         self._context = context
         self._sets = Sets()
-        self._members: dict[End, list[End]] = {}
+        self._members: dict[ConnectorEnd, list[ConnectorEnd]] = {}
         self._places = {}
         for pair in connections.split():
             if pair.kind == "stream":
@@ -34,7 +34,7 @@ class Streams:
 
     def inside(self, ref: e.Ref) -> e.Expression:
         """The value of `inStream` of a stream variable."""
-        own = End(ref.name, _index(ref), False)
+        own = ConnectorEnd(ref.name, _index(ref), False)
         others = [one for one in self._members.get(own, ()) if one != own]
         return self._mixture(others) if others else ref
 
@@ -55,7 +55,7 @@ class Streams:
                         e.Binary("Sub", own.ref, self._mixture(others)), "", "connection", self._places[own]
                     )
 
-    def _mixture(self, ends: Sequence[End]) -> e.Expression:
+    def _mixture(self, ends: Sequence[ConnectorEnd]) -> e.Expression:
         """The mixture of the streams that flow to a connector from others."""
         values = [(self._weight(one), self._value(one)) for one in ends]
         flowing = [(weight, value) for weight, value in values if weight is not None] or values[:1]
@@ -65,10 +65,10 @@ class Streams:
         mixed = _sum([e.Binary("Mul", weight, value) for weight, value in flowing if weight is not None])
         return e.Binary("Div", mixed, total)
 
-    def _value(self, one: End) -> e.Expression:
+    def _value(self, one: ConnectorEnd) -> e.Expression:
         return self.inside(one.ref) if one.is_outside else one.ref
 
-    def _weight(self, one: End) -> e.Expression | None:
+    def _weight(self, one: ConnectorEnd) -> e.Expression | None:
         """The flow from a connector into the junction; None if it never has this direction."""
         flow = self._flow(one.name)
         component = self._context.find(flow.name)

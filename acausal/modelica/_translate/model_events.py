@@ -25,7 +25,7 @@ from .tree import attribute_path
 from .values import Value, is_known, number
 from .whens import Assertion
 
-Event = At | When | Started | Refuse | Remember
+Event = At | When | Started | Follow | Refuse | Remember
 
 
 @dataclasses.dataclass(frozen=True)
@@ -107,7 +107,7 @@ class ModelEvents:
                 at_slots = Scope(library, [value_at(self, path) for path in item.paths], in_condition=True)
                 event = item.event(self, [evaluate(term, at_slots) for term in item.terms])
                 if event is not None:
-                    made[item.name] = event._replace(check_units=False)  # literals have no units in Modelica
+                    made[item.name] = event
             follow = {
                 attribute_path(leaf.path): _followed(value_at(self, path), leaf) for path, leaf in previous.items()
             }
@@ -118,7 +118,7 @@ class ModelEvents:
                     {path: jnp.where(holds, value_at(self, path), value) for path, value in follow.items()}
                 )
             made["_started"] = Started({INITIAL: 0.0, **follow})
-            return made
+            return {name: _unchecked(event) for name, event in made.items()}
 
         return events
 
@@ -131,6 +131,11 @@ def value_at(node: Any, path: str) -> Any:
         for index in indices:
             node = node[int(index)]
     return node
+
+
+def _unchecked(event: Event) -> Event:
+    """The event without a check of its units: literals have none in Modelica."""
+    return event if isinstance(event, Remember) else event._replace(check_units=False)
 
 
 def _sample_event(ticks: str, model: Any, values: list[Value]) -> Event:
