@@ -60,6 +60,8 @@ def choose_optimisation() -> None:
     single programs that are traced into one of the user's.
     """
     chosen = os.environ.get("ACAUSAL_OPTIMISE", "").lower()
+    if chosen not in ("", *ON, *OFF):
+        warnings.warn(f"ACAUSAL_OPTIMISE={chosen} is not known: use on or off, or unset it.", stacklevel=3)
     programs.in_stages = chosen not in (*ON, *OFF)
     if chosen in OFF:
         jax.config.update("jax_disable_most_optimizations", True)

@@ -116,6 +116,9 @@ def _alternatives(model: Component, title: str, table: Any) -> Alternatives:
         str(row.get("name", "") or ", ".join(map(_label, value.values())))
         for row, value in zip(rows, values, strict=True)
     )
+    doubled = [name for i, name in enumerate(names) if name in names[:i]]
+    if doubled:
+        raise ModelError(f"{title}: two rows have the name {doubled[0]!r}. Give each row a name of its own.")
     x = listed(model, values).x if any(values) else np.zeros((len(rows), 0))
     figure_names, figures = _figures(title, names, [row.get("figures", {}) for row in rows])
     return Alternatives(title, names, tuple(values[0]), tuple(values), x, figure_names, figures)
