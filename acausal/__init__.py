@@ -24,7 +24,8 @@ State what they do:
                      Results of the methods `equations`, `connections`, `energy`, `events`, `requirements`.
     eq, connect      An equation; a connection of ports.
     when, at*        An event at a condition; an event at known times.
-    impact*, yields* The impulse of an impact; the values of modes during an impulse.
+    impact*, yields*
+                     The impulse of an impact; the values of modes during an impulse.
     remember*, recall*, ROW*
                      The history of a signal; its value at a time in the past; the width of a history.
     refuse, require  A condition that ends a run; a condition on parameters.

@@ -209,11 +209,7 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
         return ()
 
     def start_requirements(self) -> Requirements:
-        """Conditions on start values beyond their declared ranges: a tuple of `require(...)`.
-
-        The check happens when a component is built, and in `replace` and `check`, if all numbers of the component are
-        known. A variable without a start value has its default. Variables of ports and parts cannot be read.
-        """
+        """Conditions on the start values of its own variables, checked when it is built: a tuple of `require(...)`."""
         return ()
 
     @classmethod

@@ -44,7 +44,8 @@ class Crowd(Component):
 
     def events(self) -> Events:
         others = {f"later{i}": when(self.t > 1e3 + i, n=self.n + 1.0) for i in range(40)}
-        waves = {f"wave{i}": when(jnp.sin((30.0 + i) * self.t) > 0.0, n=self.n + 1.0) for i in range(3)}
+        phases = [jnp.sin((30.0 + i) * self.t) for i in range(3)]
+        waves = {f"wave{i}": when(x > 0.0, check_units=False, n=self.n + 1.0) for i, x in enumerate(phases)}
         return dict(tick=at(0.0, every=0.01, n=self.n + 1.0), **others, **waves)
 
 

@@ -212,7 +212,7 @@ def test_unknown_name_in_a_condition() -> None:
 
 
 def test_times_outside_the_run() -> None:
-    with pytest.raises(ModelError, match=r"between t0 and t1, got times=\[0\.5 1\.5\]"):
+    with pytest.raises(ModelError, match=r"between t0 and t1, got 1\.5 with t0=0\.0 and t1=1\.0"):
         simulate(rc(), 1.0, save=jnp.array([0.5, 1.5]))
 
 

@@ -173,6 +173,7 @@ def test_picture() -> None:
         ({"spring": []}, "spring: a table must be a list of dictionaries"),
         ({"a": [{"link.c": 1.0}], "b": [{"link.c": 2.0}]}, "link.c is in two tables"),
         ({"a": [{"link.c": 1.0}, {"link.d": 2.0}]}, "Member 1 names link.d, but the first member names link.c"),
+        ({"a": [{"name": "A", "link.c": c} for c in (1.0, 2.0)]}, "a: two rows have the name 'A'"),
         ({"a": [{"link.k": 1.0}]}, "no parameter or start value 'link.k'"),
         ({"a": [{"link.c": 1.0, "figures": {"p": float("nan")}}]}, "a, 1: the figure p is not a number"),
         ({"a": [{"link.c": 1.0, "figures": {"p": 1.0}}, {"link.c": 2.0}]}, "a, 2: figures must be a dictionary"),

@@ -149,6 +149,15 @@ class EventNumbers:
         return np.concatenate([np.zeros(0, int), *own])
 
     @ft.cached_property
+    def changes_rates(self) -> np.ndarray:
+        """Events that can change rates: they set states, or discrete variables that equations or conditions read."""
+        carried, used = self.system.carried, filter(self.system.carried.is_discrete, self.system.intake.used)
+        read = {leaf for key in used for leaf in carried.leaves_of(key)} | self.settings.read_by_indicators
+        return self._of_entries(
+            lambda entry: any(leaf in read or leaf not in carried.discrete_places for leaf in entry.targets)
+        )
+
+    @ft.cached_property
     def responds(self) -> np.ndarray:
         """State events that change variables; in a start search, only discrete ones."""
         return self.acts & ~self.scheduled

@@ -220,7 +220,8 @@ class StepLoop(Steps):
             far = jnp.abs(found.end.g)
             armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
-        turns = (changed.truths == found.truths) & ~events.of_laws
+        # The rates of unresolved fast transients change their signs on the path, also without an event.
+        turns = (changed.truths == found.truths) & ~events.of_laws & jnp.any(triggered & events.changes_rates)
         returns = found.returns._replace(arrival=jnp.where(turns, found.returns.arrival, 0.0))
         carried = changed._replace(
             t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end, returns=returns
