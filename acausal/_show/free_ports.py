@@ -13,7 +13,6 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from jaxtyping import Bool
 
-from .._declare.class_card import comment_of
 from .._reduce.aliases import Family, by_zero_factors, component_families
 from .._reduce.flat_model import FlatModel
 
@@ -73,6 +72,8 @@ def _are_free(flat: FlatModel, nodes: Sequence[int], of: str = "") -> str:
 
 def _flow(flat: FlatModel, node: int) -> str:
     """The noun of a flow: its comment up to the first comma, such as "torque"."""
+    from .._declare.class_card import comment_of  # reads sources, which an import does not need
+
     leaf = flat.leaves[flat.leaf_of_node[node]]
     name = leaf.path.rpartition(".")[2]
     noun = comment_of(leaf.port, name).partition(",")[0].partition(";")[0] if leaf.port is not None else ""
