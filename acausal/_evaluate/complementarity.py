@@ -20,7 +20,7 @@ class _Round(NamedTuple):
     rounds: Array
 
 
-def complementary(
+def solve_complementarity(
     matrix: Float[Array, "n n"], start: Float[Array, " n"], least: Float[Array, " n"], takes_part: Bool[Array, " n"]
 ) -> Float[Array, " n"]:
     """The x >= 0 with u = start + matrix x >= least and x (u - least) = 0 for the elements that take part, and x = 0

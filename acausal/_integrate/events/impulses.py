@@ -5,7 +5,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..._evaluate.complementarity import complementary
+from ..._evaluate.complementarity import solve_complementarity
 from ..._evaluate.constraints import placed
 from ..._numbers import Numbers
 from ..setup.field import RunArgs
@@ -40,7 +40,7 @@ def with_impulses(
         closed, speeds, after = here.contacts
         # A contact that no force opens, such as one between two given motions, has no impact.
         is_rigid = jnp.any(struck & ~(jnp.diagonal(accelerations) > 0.0))
-        impulses = complementary(accelerations, speeds, after, struck | closed)
+        impulses = solve_complementarity(accelerations, speeds, after, struck | closed)
         return answers @ jnp.where(is_rigid, jnp.nan, impulses)
 
     n = events.layout.n_states - events.system.n_algebraic

@@ -1,7 +1,7 @@
 #define ROUNDING_OF_IMPULSES 1e-11 /* violation of an inequality, relative to its terms, that counts as zero */
 
-/* The elements of x that are active, if those have the speeds 0; the others are zero. The matrix has a unit diagonal.
-   Returns 0 if the equations have no solution. */
+/* Solves the equations of the active set: offset + matrix x = 0 for the active elements, and x = 0 for all others. The
+   matrix has a unit diagonal. Returns 0 if there is no solution. */
 static int solve_active(const double *matrix, const double *offset, const int *active, double *x)
 {
     double own[N_IMPACTS * N_IMPACTS];
@@ -13,12 +13,11 @@ static int solve_active(const double *matrix, const double *offset, const int *a
     return eliminate(own, x, N_IMPACTS);
 }
 
-/* The x >= 0 with u = offset + matrix x >= 0 and x u = 0, by the active-set method of Lawson and Hanson. `size` is that
-   of the terms of the offset. Returns 0 if there is none. */
-static int complementary(const double *matrix, const double *offset, const double *size, double *x)
+/* Solves the linear complementarity problem x >= 0, u = offset + matrix x >= 0, x u = 0, by the active-set method of
+   Lawson and Hanson. `size` holds the sizes of the terms of the offset. Returns 0 if there is no solution. */
+static int solve_complementarity(const double *matrix, const double *offset, const double *size, double *x)
 {
     int active[N_IMPACTS] = {0}, is_solved = 1;
-    const double least = ROUNDING_OF_IMPULSES;
     for (int i = 0; i < N_IMPACTS; i++)
         x[i] = 0.0;
     for (int count = 0; count < 10 + 8 * N_IMPACTS; count++) {
@@ -26,10 +25,10 @@ static int complementary(const double *matrix, const double *offset, const doubl
             double worst = 0.0;
             int enters = -1;
             for (int i = 0; i < N_IMPACTS; i++) {
-                double violation = -offset[i] - least * size[i];
+                double violation = -offset[i] - ROUNDING_OF_IMPULSES * size[i];
                 for (int j = 0; j < N_IMPACTS; j++) {
                     const double term = matrix[N_IMPACTS * i + j] * x[j];
-                    violation -= term + least * fabs(term);
+                    violation -= term + ROUNDING_OF_IMPULSES * fabs(term);
                 }
                 if (!active[i] && violation > worst) {
                     worst = violation;
@@ -59,7 +58,8 @@ static int complementary(const double *matrix, const double *offset, const doubl
     return 0;
 }
 
-/* The rates of the states and of the separation speeds with a force of 1 at one contact; without a force at -1. */
+/* The rates of the states and of the separation speeds with a force of 1 at the contact `pushed`; without any force if
+   it is -1. */
 static void evaluate_pushed(MODEL *m, int pushed, double *states, double *speeds)
 {
     for (int i = 0; i < N_IMPACTS; i++)
@@ -109,7 +109,7 @@ static int act(MODEL *m, const int *fired)
     for (int i = 0; i < N_IMPACTS; i++)
         for (int j = 0; j < N_IMPACTS; j++)
             matrix[N_IMPACTS * i + j] *= scale[i] * scale[j];
-    if (!complementary(matrix, offset, size, p) || !set_new_values(m, fired))
+    if (!solve_complementarity(matrix, offset, size, p) || !set_new_values(m, fired))
         return 0;
     for (int j = 0; j < N_IMPACTS; j++)
         for (int i = 0; i < N_STATES; i++)

@@ -8,6 +8,7 @@
 enum { OK, WARNING, DISCARD, ERROR, FATAL };
 typedef unsigned int Reference;
 #define SETTABLE (INSTANTIATED | INITIALISING | AT_EVENT | CONTINUOUS | BETWEEN_STEPS)
+#define STEPPED (BETWEEN_STEPS | DISCARDED | TERMINATED)
 
 static int fmu_status(int is_fine)
 {
@@ -25,7 +26,7 @@ EXPORT int FMI_ExitInitializationMode(void *instance)
     if (!fmu_is_allowed(i, INITIALISING, "ExitInitializationMode"))
         return ERROR;
     const int is_fine = fmu_is_admissible(i) && (!i->is_co_simulation || fmu_do_events(i) >= 0);
-    fmu_changes(i, !is_fine ? FAILED : i->is_co_simulation ? BETWEEN_STEPS : AT_EVENT);
+    fmu_enter(i, !is_fine ? FAILED : i->is_co_simulation ? BETWEEN_STEPS : AT_EVENT);
     return fmu_status(is_fine);
 }
 
@@ -33,7 +34,7 @@ EXPORT int FMI_ExitInitializationMode(void *instance)
 #define MODE(name, from, to)                                                                                           \
     EXPORT int FMI_##name(void *instance)                                                                              \
     {                                                                                                                  \
-        return fmu_status(fmu_is_allowed(instance, from, #name) && fmu_changes(instance, to));                         \
+        return fmu_status(fmu_is_allowed(instance, from, #name) && fmu_enter(instance, to));                           \
     }
 
 MODE(EnterEventMode, AT_EVENT | CONTINUOUS, AT_EVENT)
@@ -42,7 +43,7 @@ MODE(Terminate, AT_EVENT | CONTINUOUS | BETWEEN_STEPS | DISCARDED, TERMINATED)
 EXPORT int FMI_EnterContinuousTimeMode(void *instance)
 {
     return fmu_status(fmu_is_allowed(instance, AT_EVENT, "EnterContinuousTimeMode") && fmu_is_admissible(instance) &&
-                      fmu_changes(instance, CONTINUOUS));
+                      fmu_enter(instance, CONTINUOUS));
 }
 
 EXPORT int FMI_Reset(void *instance)

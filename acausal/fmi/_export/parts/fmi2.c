@@ -1,6 +1,5 @@
 /* The functions of FMI 2.0. */
 enum { MODEL_EXCHANGE, CO_SIMULATION };
-#define STEPPED (BETWEEN_STEPS | DISCARDED | TERMINATED)
 typedef void (*Logger)(void *, const char *, int, const char *, const char *, ...);
 
 typedef struct {

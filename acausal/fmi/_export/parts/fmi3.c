@@ -1,6 +1,5 @@
 /* The functions of FMI 3.0. */
 #define GETTABLE (INSTANTIATED | EVALUATED | FAILED)
-#define STEPPED (BETWEEN_STEPS | DISCARDED | TERMINATED)
 typedef void (*Logger)(void *, int, const char *, const char *);
 
 static void fmu_log_error(Instance *i, const char *text)
@@ -73,7 +72,7 @@ EXPORT int fmi3EnterInitializationMode(void *instance, bool has_tolerance, doubl
     return fmu_status(fmu_is_allowed(instance, INSTANTIATED, "EnterInitializationMode") &&
                       fmu_begin_initialisation(instance, start, has_tolerance ? tolerance : 0.0,
                                                has_stop ? stop : INFINITY) &&
-                      fmu_changes(instance, INITIALISING));
+                      fmu_enter(instance, INITIALISING));
 }
 
 /* Variables: all are real numbers. */

@@ -122,7 +122,8 @@ static int fmu_is_array(Instance *i, const void *array, size_t n, size_t wanted)
     return (n == wanted && (array || !n)) || fmu_report(i, "An array is missing or has another size.");
 }
 
-static int fmu_changes(Instance *i, int mode)
+/* Enters a mode of the state machine. Returns 1. */
+static int fmu_enter(Instance *i, int mode)
 {
     i->state.mode = mode;
     return 1;

@@ -227,7 +227,7 @@ static int fmu_step(Instance *i, double time, double step)
     if (!fmu_is_admissible(i))
         return 0;
     const int result = fmu_advance(i, time + step);
-    fmu_changes(i, result > 0 ? BETWEEN_STEPS : result < 0 ? DISCARDED : FAILED);
+    fmu_enter(i, result > 0 ? BETWEEN_STEPS : result < 0 ? DISCARDED : FAILED);
     i->work.has_ended = result < 0;
     return result;
 }
