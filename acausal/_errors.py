@@ -46,7 +46,12 @@ class SimulationError(AcausalError, RuntimeError):
 
 
 class DesignWarning(UserWarning):
-    """A study that ended early because of an error. Its result holds what was computed before."""
+    """An error has ended a study, or a part of it, early. The result holds what was computed before."""
+
+
+def reason_of(error: BaseException) -> str:
+    """The message of an error, or its class if it has none."""
+    return str(error) or type(error).__name__
 
 
 _collected: contextvars.ContextVar[list[ModelError] | None] = contextvars.ContextVar("collected", default=None)

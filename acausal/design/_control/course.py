@@ -9,7 +9,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from ..._declare.component import Component
-from ..._errors import DesignWarning
+from ..._errors import DesignWarning, reason_of
 from ..._extras import Figure
 from ..._integrate.results.columns import Item
 from ..._integrate.results.solution import Solution
@@ -81,7 +81,7 @@ def _solutions(shooting: Shooting, horizon: Any) -> tuple[Solution[Any], ...]:
         for solution in shooting.solutions(horizon):
             found.append(solution)
     except (KeyboardInterrupt, Exception) as error:
-        warnings.warn(f"The trajectories end early: {str(error) or type(error).__name__}", DesignWarning, stacklevel=4)
+        warnings.warn(f"The trajectories end early: {reason_of(error)}", DesignWarning, stacklevel=4)
     return tuple(found)
 
 

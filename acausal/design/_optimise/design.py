@@ -30,8 +30,8 @@ class Design(Generic[M]):
 
     Parameters are in their declared units, results in SI units or in the units that their functions return.
 
-    - `model`: the model with the optimal values; `values`: these by name. If a component refuses these values, which a
-      run with other values of its own may miss, there is no model. `unbuilt` is then the reason.
+    - `model`: the model with the optimal values; `values`: these by name. If a component refuses them, there is no
+      model, and `unbuilt` is the reason. Runs that set other values themselves do not notice this.
     - `status`: "optimal" (first- and second-order conditions hold), "stationary" (first-order conditions hold),
       "infeasible" (no design nearby satisfies all limits; this one has the smallest violation, and `conflict` holds the
       shares of the limits in conflict), "unbounded" (the objective decreases without limit), "interrupted" or

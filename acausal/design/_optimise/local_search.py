@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy.stats import qmc
 
-from ..._errors import DesignWarning, SimulationError
+from ..._errors import DesignWarning, SimulationError, reason_of
 from .._certificate.first_order import FEASIBLE, NEAR, Point, PointAt, multipliers_of, residual
 from .._compute.evaluator import Evaluation
 from .descent import certain, descended, polished
@@ -77,7 +77,8 @@ def search(task: Task, start: np.ndarray, trail: Trail, method: Method, most: in
         if outcome is None:
             raise
         if not isinstance(error, KeyboardInterrupt | Interrupted):
-            warnings.warn(f"A search ended early, with its best design so far: {error}", DesignWarning, stacklevel=2)
+            text = f"A search ended early, with its best design so far: {reason_of(error)}"
+            warnings.warn(text, DesignWarning, stacklevel=2)
         return outcome
     finally:
         trail.seconds = time.perf_counter() - began

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..._declare.component import Component
-from ..._errors import DesignWarning, ModelError, SimulationError
+from ..._errors import DesignWarning, ModelError, SimulationError, reason_of
 from ..._integrate.setup.options import count, flag, one_of
 from .._certificate.first_order import FEASIBLE
 from .._compute.cores import threads, wait_for
@@ -106,7 +106,7 @@ def best_design(
         try:
             best = dataclasses.replace(best, sensitivities=sensitivities_of(problem, task, best))
         except (KeyboardInterrupt, Exception) as error:
-            warnings.warn(f"The design has no sensitivities: {_reason(error)}", DesignWarning, stacklevel=3)
+            warnings.warn(f"The design has no sensitivities: {reason_of(error)}", DesignWarning, stacklevel=3)
     return dataclasses.replace(
         best,
         others=tuple(designs[1:]),
@@ -121,12 +121,8 @@ def certified_or_kept(problem: DesignProblem, outcome: SearchResult) -> Design[A
     try:
         return certified(problem, outcome)
     except (KeyboardInterrupt, Exception) as error:
-        warnings.warn(f"A design has no certificate: {_reason(error)}", DesignWarning, stacklevel=4)
+        warnings.warn(f"A design has no certificate: {reason_of(error)}", DesignWarning, stacklevel=4)
         return certified(problem, dataclasses.replace(outcome, is_interrupted=True))
-
-
-def _reason(error: BaseException) -> str:
-    return str(error) or type(error).__name__
 
 
 def search_all(
@@ -160,15 +156,14 @@ def search_all(
     for error in (end for end in ends if isinstance(end, Exception) and not isinstance(end, SimulationError)):
         if not outcomes:
             raise error
-        warnings.warn(f"A search ended without a design: {_reason(error)}", DesignWarning, stacklevel=4)
+        warnings.warn(f"A search ended without a design: {reason_of(error)}", DesignWarning, stacklevel=4)
     if not outcomes:
         raise SimulationError("No start led to a design that could be computed.")
     return outcomes
 
 
-def _searched(
-    task: Task, place: np.ndarray, trail: Trail, method: Method, most: int
-) -> SearchResult | BaseException:  # fmt: skip
+def _searched(task: Task, place: np.ndarray, trail: Trail, method: Method, most: int) -> SearchResult | BaseException:
+    """The result of a search, or the error that ended it without a design."""
     try:
         return search(task, place, trail, method, most)
     except (KeyboardInterrupt, Exception) as error:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._analyse.table import aligned
 from ..._declare.component import Component
-from ..._errors import DesignWarning, ModelError
+from ..._errors import DesignWarning, ModelError, reason_of
 from ..._extras import Axes
 from ..._integrate.setup.options import count, one_of
 from ..._units.display import Scale
@@ -140,7 +140,7 @@ def pareto(
     except (KeyboardInterrupt, Exception) as error:
         is_interrupted = True
         if not isinstance(error, KeyboardInterrupt):
-            warnings.warn(f"The front ended early: {error}", DesignWarning, stacklevel=2)
+            warnings.warn(f"The front ended early: {reason_of(error)}", DesignWarning, stacklevel=2)
     values = np.array([[value(objective, design) for objective in objectives] for design in designs])
     return Front((first.name, second.name), (first.scale, second.scale), values, tuple(designs), is_interrupted)
 

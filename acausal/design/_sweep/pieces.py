@@ -10,7 +10,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from jaxtyping import Float, Int
 
-from ..._errors import ArgumentError, DesignWarning, SimulationError
+from ..._errors import ArgumentError, DesignWarning, SimulationError, reason_of
 from .._compute.bar import Bar
 from .._compute.cores import CHUNK, on_all_cores, threads
 from .._problem.types import Executor, Progress
@@ -72,7 +72,7 @@ def evaluated(
 
 def _report(error: Exception, finished: str, kept: Memory, *, is_lost: bool) -> None:
     """Raises the error of a piece if the finished members are in a store or there are none; otherwise warns of it."""
-    reason = "a worker died" if _is_death(error) else str(error) or type(error).__name__
+    reason = "a worker died" if _is_death(error) else reason_of(error)
     text = f"Only {finished} could be computed, because {reason}. They are {kept.where}."
     if not is_lost and not kept.is_on_disk:
         warnings.warn(text, DesignWarning, stacklevel=4)

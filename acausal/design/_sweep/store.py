@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from ..._declare.node import leaves_of
-from ..._errors import DesignWarning, ModelError
+from ..._errors import DesignWarning, ModelError, reason_of
 from ..._extras import needed
 from .batches import INTERRUPTED, Batch, Piece
 
@@ -121,7 +121,7 @@ class Store(Memory):
                 kept[where] = column[where]
             self._column_of_codes[where] = self._codes[where].astype("int16")
         except Exception as error:  # of any backend of zarr
-            self.is_on_disk, self._error = False, str(error) or type(error).__name__
+            self.is_on_disk, self._error = False, reason_of(error)
         else:
             self._begun.discard(number)
 

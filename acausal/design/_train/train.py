@@ -14,7 +14,15 @@ from jaxtyping import Float
 
 from ..._declare.by_name import parameters, refuse_fixed, replace
 from ..._declare.component import Component
-from ..._errors import DesignWarning, ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
+from ..._errors import (
+    DesignWarning,
+    ModelError,
+    ParameterError,
+    SimulationError,
+    UnknownNameError,
+    reason_of,
+    suggestion,
+)
 from ..._extras import needed
 from ..._integrate.setup.options import count
 from ..._numbers import Scalar
@@ -117,7 +125,8 @@ def train(
         if not losses:
             raise
         if not isinstance(error, KeyboardInterrupt):
-            warnings.warn(f"The training ended with the best model so far: {error}", DesignWarning, stacklevel=2)
+            text = f"The training ended with the best model so far: {reason_of(error)}"
+            warnings.warn(text, DesignWarning, stacklevel=2)
     unbuilt = why_not_built(lambda: replace(model, best))
     return Training(None if unbuilt else replace(model, best), np.array(losses), best, unbuilt)
 
