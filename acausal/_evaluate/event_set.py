@@ -57,6 +57,11 @@ class EventEntry:
         return self.is_listed and not self.repeats
 
     @property
+    def is_scheduled(self) -> bool:
+        """Whether its times are known in advance."""
+        return self.kind in ("at", "sample", "remember")
+
+    @property
     def has_condition(self) -> bool:
         return self.kind in ("when", "refuse", "impact", "hold")
 
@@ -144,7 +149,7 @@ class EventSet:
     @ft.cached_property
     def schedules(self) -> list[Schedule]:
         """The scheduled entries: single ones, then periodic ones."""
-        pairs = [(n, entry) for n, entry in self.numbered if entry.kind in ("at", "sample", "remember")]
+        pairs = [(n, entry) for n, entry in self.numbered if entry.is_scheduled]
         found = []
         for repeats in (False, True):
             own = [(i, n, entry.count) for i, (n, entry) in enumerate(pairs) if entry.repeats == repeats]

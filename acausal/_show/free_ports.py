@@ -65,7 +65,7 @@ def _is_flow(flat: FlatModel, node: int) -> bool:
 
 
 def _are_free(flat: FlatModel, nodes: Sequence[int], of: str = "") -> str:
-    """Says that the ports of some flows are free."""
+    """The clause that names the free ports of some flows, such as "a and b are free"."""
     ports = dict.fromkeys(flat.node_name(node).rpartition(".")[0].rpartition(".")[2] for node in nodes)
     return f"{' and '.join(ports)}{of} {'is' if len(ports) == 1 else 'are'} free"
 
@@ -80,11 +80,14 @@ def _flow(flat: FlatModel, node: int) -> str:
     return f"the {noun}" if noun else name
 
 
+def _is_port_of_model(flat: FlatModel, nodes: Sequence[int]) -> bool:
+    """Whether a set of flows is that of a port of the model itself without a connection."""
+    return len(nodes) == 1 and flat.node_name(nodes[0]).count(".") == 1
+
+
 def _unloaded(flat: FlatModel, zero: Bool[np.ndarray, " nodes"]) -> Bool[np.ndarray, " nodes"]:
     """Marks flows that are zero because all others of their connection are."""
-    zero, sets = zero.copy(), [nodes for nodes, _ in flat.flow_sets]
-    own = [nodes for nodes in sets if len(nodes) == 1 and flat.node_name(nodes[0]).count(".") == 1]
-    sets = [nodes for nodes in sets if nodes not in own]
+    zero, sets = zero.copy(), [nodes for nodes, _ in flat.flow_sets if not _is_port_of_model(flat, nodes)]
     while True:
         left = [[node for node in nodes if not zero[node]] for nodes in sets]
         news = [nodes[0] for nodes in left if len(nodes) == 1]

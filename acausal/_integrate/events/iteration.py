@@ -65,13 +65,13 @@ def settle(
     """Executes the events that begin at t, each at its own moment, and then the events that they trigger.
 
     Events that begin at one instant read the values before all of them, except that impacts happen together in the
-    first round without a due event. The events that they trigger follow in the next
-    round, and so on. When no more events follow, the events `started` happen, and those that they trigger. Then the
-    clocks of this instant tick: all of them read the current values and set their variables together; the events that
-    they trigger follow. Samples do not wait for other events, except at the start. If the iteration does not converge
-    within a number of rounds, each round executes one event only, the first in the list. Alternatives such as the
-    conduction of diodes then converge like the pivots of a linear complementarity problem (Murty, `Linear
-    Complementarity, Linear and Nonlinear Programming`, 1988, ch. 4).
+    first round without a due event. The events that they trigger follow in the next round, and so on. When no more
+    events follow, the events `started` happen, and those that they trigger. Then the clocks of this instant tick: all
+    of them read the current values and set their variables together; the events that they trigger follow. Samples do
+    not wait for other events, except at the start. If the iteration does not converge within a number of rounds, each
+    round executes one event only, the first in the list. Alternatives such as the conduction of diodes then converge
+    like the pivots of a linear complementarity problem (Murty, `Linear Complementarity, Linear and Nonlinear
+    Programming`, 1988, ch. 4).
 
     A relation keeps its truth while its event indicator is within its hysteresis band. `earlier` are the truths before
     the instant; `truths` those after the changes that begin there.

@@ -77,7 +77,7 @@ class Round(NamedTuple):
     history: EventHistory
     before: Array  # the moment of the first listed event and the vector just before it; may be empty
     signals: Array  # recorded signals after the events so far
-    moved: Array  # the sum of their jumps, multiplied by the derivatives of the times of these
+    moved: Array  # the sum of their jumps, each times the derivatives of its time
     is_bad: Array
     goes_on: Array
     count: Any
@@ -124,8 +124,8 @@ class Iteration(NamedTuple):
         changes = edges(true, held, events.either)
         triggered = with_follows(events, changes, ys[1], here.values)
         triggered &= ~events.nonlinear & ~events.waits
-        first_ones = TOGETHER + jnp.maximum(jnp.sum(r.happened), r.n_own)
-        chosen = jnp.where(r.count < first_ones, triggered, first_of(events, triggered))
+        n_together = TOGETHER + jnp.maximum(jnp.sum(r.happened), r.n_own)
+        chosen = jnp.where(r.count < n_together, triggered, first_of(events, triggered))
         begins = chosen & r.by_time & ~own.is_any
         # Events that time alone triggers happen together with the due ones, before all consequences.
         fired = jnp.where(own.is_any, own.mask & ~events.impacts, chosen & ~jnp.any(begins))

@@ -93,8 +93,7 @@ class RunEvents(EventNumbers):
         wanted = wanted_pairs(self.system, events.signals.leaves)
         store = self.system.evaluate(t, y[self.layout.point], args.inputs, wanted)
         values = self._values(t, y, args, store, events.signals.leaves)
-        found = events.signals([values[leaf] for leaf in events.signals.leaves])
-        return jnp.concatenate([jnp.ravel(signal) for signal in found])
+        return joined_parts(events.signals([values[leaf] for leaf in events.signals.leaves]))
 
     def signals_between(self, before: Numbers, t: Numbers, y: Numbers, args: RunArgs, happened: Array) -> Array:
         """The recorded signals between the events of an instant t, at a time `before` it, without derivatives.
@@ -233,7 +232,7 @@ class RunEvents(EventNumbers):
         indicators = self._indicators(*jax.lax.stop_gradient((t, y, args, values)))
         actions = events.actions([values[leaf] for leaf in events.actions.leaves]) if events else []
         contacts = events.contacts([values[leaf] for leaf in events.contacts.leaves]) if events else []
-        closed, speeds, after = (_joined(contacts[i::3]) for i in range(3))
+        closed, speeds, after = (joined_parts(contacts[i::3]) for i in range(3))
         energy = stored(args.numbers.stored, [values[leaf] for leaf in stored.leaves])[0] if stored else 0.0
         return Here(
             indicators,
@@ -251,7 +250,7 @@ class RunEvents(EventNumbers):
         store = system.evaluate(t, point, args.inputs, wanted, anew=True)
         values = values_of(system, t, point, args.inputs, store, leaves)
         rates = events.accelerations([values[leaf] for leaf in leaves])
-        return system.plan.collect(store, system.rates), _joined(rates)
+        return system.plan.collect(store, system.rates), joined_parts(rates)
 
     def due(self, t: Array, y: Array, args: RunArgs, done: Numbers | None = None) -> Array:
         """The next time of each scheduled event after t, or after it was last `done`; infinite for other events."""
@@ -361,7 +360,8 @@ def _table(schedule: Schedule, times: list[Array], periods: list[Array]) -> tupl
     return jnp.concatenate(rows), jnp.concatenate(every)[:, None] if schedule.repeats else None
 
 
-def _joined(parts: list[Array]) -> Array:
+def joined_parts(parts: list[Array]) -> Array:
+    """All elements of some arrays as a vector."""
     return jnp.concatenate([jnp.zeros(0), *(jnp.ravel(part) for part in parts)])
 
 

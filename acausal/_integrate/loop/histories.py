@@ -19,7 +19,7 @@ from ..._declare.history import (
     polynomial,
     returns,
 )
-from ..events.run_events import RunEvents
+from ..events.run_events import RunEvents, joined_parts
 from ..setup.field import RunArgs, values_of
 from ..setup.settings import Settings
 from ..setup.state_vector import Vector
@@ -126,12 +126,12 @@ class Histories:
     def _delays(self, y: Vector) -> Array:
         system, leaves = self.events.system, self.set.delays.leaves
         values = values_of(system, 0.0, y[self.events.layout.point], self.args.inputs, None, leaves)
-        return _flat(self.set.delays([values[leaf] for leaf in leaves]))
+        return joined_parts(self.set.delays([values[leaf] for leaf in leaves]))
 
     def _sizes(self) -> Array:
         """The size of each signal at nominal values of the variables."""
         return jnp.abs(
-            _flat(self.set.signals([self.events.typical(leaf, self.args) for leaf in self.set.signals.leaves]))
+            joined_parts(self.set.signals([self.events.typical(leaf, self.args) for leaf in self.set.signals.leaves]))
         )
 
     def _tolerance(self, values: Array) -> Array:
@@ -145,7 +145,3 @@ def are_full(settings: Settings, args: RunArgs, t: Array, y: Vector) -> Array:
     if events is None or not events.remembered:
         return jnp.zeros(0, bool)
     return Histories(RunEvents(settings, settings.layout, is_reversible=True), args).are_full(t, y)
-
-
-def _flat(parts: list[Array]) -> Array:
-    return jnp.concatenate([jnp.ravel(part) for part in parts])

@@ -177,8 +177,10 @@ class StepLoop(Steps):
             found = first_crossing(conditions, last, ~c.jumped, c.truths, returns, end, short, keep)
         else:
             no, none = jnp.asarray(False), jnp.zeros(events.total, bool)
-            others = c.truths, (), c.end_sample, end, c.returns, no
-            found = Found(no, end, end, none, jnp.zeros(events.total), *others)
+            found = Found(
+                is_any=no, t=end, before=end, triggered=none, rates=jnp.zeros(events.total), truths=c.truths, shift=(),
+                end=c.end_sample, reached=end, returns=c.returns, is_missed=no,
+            )  # fmt: skip
         is_partial = ~found.is_any & (found.reached < end)
         stop = jnp.where(found.is_any, found.t, jnp.where(is_partial, found.reached, end))
         instant = held(instant)

@@ -37,9 +37,9 @@ Program = Callable[[list[Any]], PyTree]
 # Levels of optimisation in LLVM. Loops of 12,000 and 18,000 equations take two thirds of the time at level 1 that they
 # take at the usual level 3, and are as fast. Level 0 takes half the time of level 1, and a step is four times slower.
 QUICK, OPTIMISED = 0, 1
-# Steps after which the slower ones have taken as long as compilation with optimisations takes. Both are proportional to
-# the size of the model. Programs that end earlier are never optimised. All others take at most twice the least possible
-# time (the ski rental problem: Karlin, Manasse, Rudolph and Sleator, Algorithmica 3, 1988).
+# Steps after which the slower ones have cost as much time as compilation with optimisations takes. Both times are
+# proportional to the size of the model. Programs that end earlier are never optimised. All others take at most twice
+# the least possible time (the ski rental problem: Karlin, Manasse, Rudolph and Sleator, Algorithmica 3, 1988).
 REPAYS = 50_000
 
 

@@ -34,7 +34,7 @@ def warn_of_jumps_at_end(solution: "Solution", params: ModelParameters, t1: Arra
     if not are_traced(list(values.values())):
         return
     found = events.times([values[leaf] for leaf in events.times.leaves])
-    scheduled = [entry for entry in events.entries if entry.kind in ("at", "sample", "remember")]
+    scheduled = [entry for entry in events.entries if entry.is_scheduled]
     names = [
         _label(entry, known(every))
         for entry, times, every in zip(scheduled, found[::2], found[1::2], strict=True)

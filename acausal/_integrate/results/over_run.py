@@ -21,13 +21,13 @@ from .pieces import (
     AT_ONCE,
     CURVE,
     LEAST,
+    N_NODES,
     NODES,
     PLACES,
     ROUGH_WEIGHTS,
     ROUNDING,
     TAIL,
     WEIGHTS,
-    N,
     Pieces,
     filled_up,
     room_for,
@@ -102,7 +102,7 @@ class OverRun:
     def integral(self, *, alike: bool = False) -> Integral:
         """Integrals over time by Clenshaw-Curtis quadrature on pieces, and their errors.
 
-        `alike` functions have one unit; their errors are compared with the largest of them.
+        `alike` functions have one unit. Their errors are compared with the largest of their integrals.
 
         A piece is halved until its mean and that of the polynomial of half the degree agree, and the highest
         coefficients of the polynomial vanish. Derivatives are those at fixed pieces. At a kink, the last pieces are so
@@ -196,7 +196,7 @@ class OverRun:
             curve, tail = _weighted(CURVE, values), abs(_weighted(TAIL, values)).max(1)
             on_curve = xp.asarray(PLACES)[curve.argmax(1)]
             at_node = xp.asarray(NODES)[values.argmax(1)]
-            return values.max(1), at_node, curve.max(1), on_curve, N * tail, values.min(1)
+            return values.max(1), at_node, curve.max(1), on_curve, N_NODES * tail, values.min(1)
 
         value, place, by_curve, on_curve, margin, least = self._by_block(summary, pieces)
         there = pieces.there[:, None]
@@ -301,9 +301,9 @@ class OverRun:
         """Values of the function at the nodes of pieces, [pieces, nodes, functions]."""
         if self._is_traced or are_traced(pieces):
             return self._within(pieces.step, pieces.shares)[1]
-        rows = N // SHARES
+        rows = N_NODES // SHARES
         values = self._within(np.repeat(pieces.step, rows), pieces.shares.reshape(-1, SHARES))[1]
-        return values.reshape(-1, N, values.shape[-1])
+        return values.reshape(-1, N_NODES, values.shape[-1])
 
     def _durations(self, pieces: Pieces) -> Any:
         """The lengths of pieces in s; 0 for rows that are not used."""

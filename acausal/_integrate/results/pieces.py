@@ -7,25 +7,26 @@ import numpy as np
 
 from ..._tracing import are_traced
 
-N = 16  # values of a function on a piece; a narrower spike between two of them is missed
+N_NODES = 16  # values of a function on a piece; a narrower spike between two of them is missed
 LEAST = 2.0**-40  # width of the shortest pieces, those of a jump, relative to their step
 ROUNDING = 1e-14  # relative rounding error of a function of the variables
 AT_ONCE = 64  # pieces evaluated together, which limits the memory
 
-NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(N) / (N - 1))  # Chebyshev points, from 0 to 1
-PLACES = np.linspace(0.0, 1.0, 201)  # at which the maximum of a polynomial is sought
+NODES = 0.5 - 0.5 * np.cos(np.pi * np.arange(N_NODES) / (N_NODES - 1))  # Chebyshev points, from 0 to 1
+PLACES = np.linspace(0.0, 1.0, 201)  # at which the search evaluates a polynomial for its maximum
 
 
 def _basis(x: np.ndarray) -> np.ndarray:
-    return np.polynomial.chebyshev.chebvander(2.0 * x - 1.0, N - 1)
+    return np.polynomial.chebyshev.chebvander(2.0 * x - 1.0, N_NODES - 1)
 
 
 _COEFFICIENTS = np.linalg.inv(_basis(NODES))  # of Chebyshev polynomials, by values at the nodes
-_MEANS = np.array([1.0 / (1.0 - k**2) if k % 2 == 0 else 0.0 for k in range(N)])  # of the Chebyshev polynomials
+_MEANS = np.array([1.0 / (1.0 - k**2) if k % 2 == 0 else 0.0 for k in range(N_NODES)])  # of the Chebyshev polynomials
 WEIGHTS = _MEANS @ _COEFFICIENTS  # of the mean of a polynomial (Clenshaw and Curtis, Numer. Math. 2, 1960)
-ROUGH_WEIGHTS = _MEANS[: N // 2] @ _COEFFICIENTS[: N // 2]  # of the mean of the polynomial of half the degree
-CURVE = _basis(PLACES) @ _COEFFICIENTS
-TAIL = _COEFFICIENTS[-4:]
+_HALF = N_NODES // 2
+ROUGH_WEIGHTS = _MEANS[:_HALF] @ _COEFFICIENTS[:_HALF]  # of the mean of the polynomial of half the degree
+CURVE = _basis(PLACES) @ _COEFFICIENTS  # the polynomial at the places
+TAIL = _COEFFICIENTS[-4:]  # the highest coefficients
 
 
 class Pieces(NamedTuple):

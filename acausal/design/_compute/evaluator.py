@@ -91,11 +91,11 @@ class Evaluator:
         return found
 
     def _run_at(self, x: np.ndarray) -> Any:
-        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian, self.is_told):
+        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian, self.reports):
             return jax.block_until_ready(self._compiled(self.model, x))
 
     @property
-    def is_told(self) -> bool:
+    def reports(self) -> bool:
         """Whether long compilations are reported, also in a log."""
         return self.progress is not False
 
@@ -139,7 +139,7 @@ class Evaluator:
             return weights @ self.results(self.free.with_values(model, x))[0]
 
         def gradient() -> Component:
-            with trials(), compiling("the sensitivities", self.model, combined, self.is_told):
+            with trials(), compiling("the sensitivities", self.model, combined, self.reports):
                 return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
 
         return interruptible(gradient)

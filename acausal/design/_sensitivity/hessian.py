@@ -98,7 +98,7 @@ def hessians_of(evaluator: Evaluator, x: Float[np.ndarray, " k"]) -> Float[np.nd
     def results(x: Array) -> Array:
         return evaluator.results(evaluator.free.with_values(evaluator.model, x))[0]
 
-    with trials(), compiling("second derivatives of the results", evaluator.model, results, evaluator.is_told):
+    with trials(), compiling("second derivatives of the results", evaluator.model, results, evaluator.reports):
         second = np.asarray(jax.jit(jax.jacfwd(jax.jacfwd(results)))(jnp.asarray(x)))
     if not np.all(np.isfinite(second)):
         raise SimulationError("The second derivatives of the results are not finite.")
