@@ -108,7 +108,9 @@ class Compilation:
         self.said = stream
 
     def _close(self, text: str, *, is_again: bool = False) -> None:
-        """End an open message, which a line of a terminal replaces if it is said again."""
+        """End an open message. If the text says it again, it replaces the message in a terminal, and is a line of its
+        own in a log. Other texts only end the line in a terminal.
+        """
         if self.said is not None:
             if not is_terminal(self.said):
                 text = text if is_again else ""

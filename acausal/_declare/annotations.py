@@ -93,8 +93,8 @@ class Declaration:
 
     `sign` is the admissible range of its values, which must be finite unless it `is_unbounded`. `select`, `nominal` and
     `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a parameter with
-    the shape of the value that it is given. If a variable `is_fixed`, a value that it is given is a condition wherever
-    the variable is, and never only an initial guess.
+    the shape of the value that it is given. The given start value of a variable that `is_fixed` is always a condition,
+    never only an initial guess.
     """
 
     role: Role

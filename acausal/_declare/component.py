@@ -54,8 +54,8 @@ class At(NamedTuple):
 
 
 class Sampling(At):
-    """A repeated event that happens together with the others of its instant: what Modelica calls sample(time, every).
-    It does not wait for them, as other repeated events do.
+    """A repeated event that happens together with the others of its instant: Modelica's sample(time, every). Other
+    repeated events wait for those of their instant.
     """
 
     __slots__ = ()
