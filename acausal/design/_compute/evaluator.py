@@ -29,7 +29,7 @@ from .cores import interruptible
 
 T = TypeVar("T")
 CHANGED = 1e-4  # relative change of a result above the errors of runs
-SHARE = 0.5  # share of a change that the derivatives must explain
+EXPLAINED = 0.5  # share of a change that the derivatives must explain
 
 
 @dataclasses.dataclass(frozen=True)

@@ -12,7 +12,7 @@ from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
 from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
 from .._certificate.second_order import quadratic_of
 from .._compute.evaluator import Evaluation
-from .._problem.corners import why_not_built
+from .._problem.corners import model_or_reason
 from .._problem.free import Place
 from .._sensitivity.table import SensitivityTable, sensitivity_table
 from .design import Design, Status
@@ -50,9 +50,9 @@ def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
         LimitedResult(limit, float(found.values[row])) for limit, row in zip(task.limits, task.rows, strict=True)
     )
     trail = outcome.trail
-    unbuilt = why_not_built(lambda: problem.free.with_values(problem.model, found.x))
+    model, unbuilt = model_or_reason(lambda: problem.free.with_values(problem.model, found.x))
     return Design(
-        _model=None if unbuilt else problem.free.with_values(problem.model, found.x),
+        _model=model,
         unbuilt=unbuilt,
         free=problem.free,
         x=found.x,

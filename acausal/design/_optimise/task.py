@@ -89,7 +89,7 @@ class Task:
         """Marks variables without effect: zero derivatives and equal values at all evaluated and at trial points."""
         return self.without_slopes(z).idle
 
-    def without_slopes(self, z: np.ndarray) -> "WithoutSlopes":
+    def without_slopes(self, z: np.ndarray) -> WithoutSlopes:
         """Variables with zero derivatives of objective and limits at all evaluated points and at trial points: one
         inside the bounds, and both ends.
         """

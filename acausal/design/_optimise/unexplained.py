@@ -12,7 +12,7 @@ import numpy as np
 
 from .._certificate.curvature import REACH
 from .._certificate.first_order import ACTIVE, FEASIBLE, Point
-from .._compute.evaluator import SHARE, Evaluation
+from .._compute.evaluator import EXPLAINED, Evaluation
 from .._problem.limits import Objective
 from .task import Task
 
@@ -36,7 +36,7 @@ def unexplained(task: Task, point: Point, flat: Sequence[np.ndarray], objective:
             for row in _rows_of_better(task, point, task.point(z, there)):
                 explained = _explained(task, point.z, z, row)
                 change = there.values[row] - here.values[row]
-                if task.are_changes(here, there)[row] and abs(change - explained) > SHARE * abs(change):
+                if task.are_changes(here, there)[row] and abs(change - explained) > EXPLAINED * abs(change):
                     found[direction] = _sentence(task, objective, row, here, there, explained)
                     break
     return tuple(dict.fromkeys(found.values()))
@@ -82,7 +82,7 @@ def _explained(task: Task, first: np.ndarray, last: np.ndarray, row: int) -> flo
             - 0.5 * float((_slopes(task, a, row) + _slopes(task, b, row)) @ (y - z))
             for (z, a), (y, b) in itertools.pairwise(points)
         ]
-        if abs(sum(gaps)) <= SHARE * abs(change):
+        if abs(sum(gaps)) <= EXPLAINED * abs(change):
             break
         i = int(np.argmax(np.abs(gaps)))
         middle = 0.5 * (points[i][0] + points[i + 1][0])

@@ -2,14 +2,16 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..._declare.by_name import replace
 from ..._declare.component import Component
+from ..._errors import reason_of
 from .free import Free
 
+T = TypeVar("T")
 ALL = 6  # most variables for which all corners are tried
 
 
@@ -45,8 +47,12 @@ def _corners(n: int) -> Iterator[np.ndarray]:
 
 def why_not_built(build: Callable[[], object]) -> str:
     """The reason why a model cannot be built; empty if it can."""
+    return model_or_reason(build)[1]
+
+
+def model_or_reason(build: Callable[[], T]) -> tuple[T | None, str]:
+    """A model, or None and the reason why it cannot be built."""
     try:
-        build()
+        return build(), ""
     except Exception as error:  # of any constructor
-        return str(error)
-    return ""
+        return None, reason_of(error)

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from ..._declare.component import Component
 from ..._errors import ModelError, SimulationError, UnknownNameError, suggestion
-from .._compute.evaluator import CHANGED, SHARE, Evaluator
+from .._compute.evaluator import CHANGED, EXPLAINED, Evaluator
 from .._problem.distributions import Distribution, member_count, sobol_scores
 from .._problem.limits import objectives_of
 from .._problem.types import ByPath, Executor, Progress
@@ -256,7 +256,7 @@ class Tolerance(Generic[M]):
             first, middle, last = (float(point.jacobian[row] @ whole) for point in points)
             explained, values = 0.25 * (first + 2.0 * middle + last), [point.values[row] for point in points]
             change = float(values[-1] - values[0])
-            if abs(change) > CHANGED * np.max(np.abs(values)) and abs(change - explained) > SHARE * abs(change):
+            if abs(change) > CHANGED * np.max(np.abs(values)) and abs(change - explained) > EXPLAINED * abs(change):
                 return change, explained
         return None
 

@@ -28,7 +28,7 @@ from ..._integrate.setup.options import count
 from ..._numbers import Scalar
 from ..._progress import compiling, is_read
 from .._compute.bar import is_logged
-from .._problem.corners import why_not_built
+from .._problem.corners import model_or_reason
 
 M = TypeVar("M", bound=Component, covariant=True)
 EVERY = 1.0  # s between messages
@@ -127,8 +127,8 @@ def train(
         if not isinstance(error, KeyboardInterrupt):
             text = f"The training ended with the best model so far: {reason_of(error)}"
             warnings.warn(text, DesignWarning, stacklevel=2)
-    unbuilt = why_not_built(lambda: replace(model, best))
-    return Training(None if unbuilt else replace(model, best), np.array(losses), best, unbuilt)
+    trained, unbuilt = model_or_reason(lambda: replace(model, best))
+    return Training(trained, np.array(losses), best, unbuilt)
 
 
 def _values(model: Component, free: Sequence[str]) -> dict[str, Array]:
