@@ -39,6 +39,8 @@ class HardStop(Component):
     contacts that are closed or struck at the same instant share it, and friction that sticks lets go: see
     `acausal.impact`.
 
+    A start beyond a stop is not refused. A rod that is pressed outwards there returns slowly, with many events.
+
     If a stop and dry friction hold the rod together, the stop carries the load because it does not creep. If two stops
     hold it, give one of them a `creep` of 1e-10 / kg.
     """

@@ -180,7 +180,7 @@ def task_of(evaluator: Evaluator, first: Evaluation, objective: str, limits: Map
     if not task.size:
         raise ModelError(
             f"{objective} does not depend on {', '.join(evaluator.free.names)} at the start: its derivatives are zero. "
-            "Functions that count or round cannot be minimised by gradients."
+            "Functions that count or round cannot be minimised by gradients: compare designs by `sweep`."
         )
     return task
 
