@@ -314,6 +314,15 @@ class EventNumbers:
         return positive, negative
 
     @ft.cached_property
+    def relations_of(self) -> np.ndarray:
+        """The relations in the condition of each event, [events, relations]."""
+        found = np.zeros((self.total, self.n_indicators), bool)
+        for i, expression in enumerate(self.logic):
+            own = literals_of(expression)
+            found[i, list(own["holds"] | own["fails"])] = True
+        return found
+
+    @ft.cached_property
     def of_laws(self) -> np.ndarray:
         """The relations that occur only in conditions of `ifelse`."""
         found = np.zeros((2, self.n_indicators), bool)

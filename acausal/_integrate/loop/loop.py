@@ -224,7 +224,10 @@ class StepLoop(Steps):
             farthest = jnp.maximum(farthest, far)
         # The rates of unresolved fast transients change their signs on the path, also without an event.
         turns = (changed.truths == found.truths) & ~events.of_laws & jnp.any(triggered & events.changes_rates)
-        returns = found.returns._replace(arrival=jnp.where(turns, found.returns.arrival, 0.0))
+        # An event that fires again has not been missed.
+        again = jnp.any(found.triggered[:, None] & events.relations_of, axis=0)
+        arrival, depth = found.returns
+        returns = found.returns._replace(arrival=jnp.where(turns, arrival, 0.0), depth=jnp.where(again, jnp.inf, depth))
         carried = changed._replace(
             t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end, returns=returns
         )
