@@ -325,11 +325,8 @@ class EventNumbers:
     @ft.cached_property
     def of_laws(self) -> np.ndarray:
         """The relations that occur only in conditions of `ifelse`."""
-        found = np.zeros((2, self.n_indicators), bool)
-        for i, expression in enumerate(self.logic):
-            own = literals_of(expression)
-            found[int(self.held[i]), list(own["holds"] | own["fails"])] = True
-        return found[1] & ~found[0]
+        of_held, of_others = self.relations_of[self.held], self.relations_of[~self.held]
+        return np.any(of_held, axis=0) & ~np.any(of_others, axis=0)
 
     @ft.cached_property
     def circuit(self) -> Circuit:
