@@ -23,6 +23,7 @@ class Remember(NamedTuple):
 
     delay: Numbers
     signals: dict[str, Numbers]
+    check_units: bool = True
 
 
 def remember(delay: Numbers, **signal: Numbers) -> Remember:

@@ -118,7 +118,8 @@ class ModelEvents:
                     {path: jnp.where(holds, value_at(self, path), value) for path, value in follow.items()}
                 )
             made["_started"] = Started({INITIAL: 0.0, **follow})
-            return {name: _unchecked(event) for name, event in made.items()}
+            # Without a check of units, because literals have none in Modelica.
+            return {name: event._replace(check_units=False) for name, event in made.items()}
 
         return events
 
@@ -131,11 +132,6 @@ def value_at(node: Any, path: str) -> Any:
         for index in indices:
             node = node[int(index)]
     return node
-
-
-def _unchecked(event: Event) -> Event:
-    """The event without a check of its units: literals have none in Modelica."""
-    return event if isinstance(event, Remember) else event._replace(check_units=False)
 
 
 def _sample_event(ticks: str, model: Any, values: list[Value]) -> Event:
