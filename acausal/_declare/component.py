@@ -188,7 +188,7 @@ def follow(**changes: Numbers) -> Follow:
     variable, all of them are set, together with the other events of the round. This ends when nothing differs.
 
     It causes no event by itself. A value that changes between events is taken over at the next event, just before it:
-    the variable then is the left limit of the value. A value that is NaN does not count as different.
+    the variable then is the left limit of the value. A value that is NaN is not taken over.
     """
     return Follow(changes)
 

@@ -206,7 +206,7 @@ class Counters(Component):
         return dict(time=eq(d.time, 1.0), n=eq(self.n, self.last + number(goes)))
 
     def events(self) -> Events:
-        return dict(_last=follow(last=self.n), _bad=follow(bad=jnp.where(self.last[0] > 0.5, jnp.nan, 0.0)))
+        return dict(_last=follow(last=self.n, bad=jnp.where(self.last[0] > 0.5, jnp.nan, 0.0)))
 
 
 class Rack(Component):

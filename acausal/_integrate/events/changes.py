@@ -32,12 +32,15 @@ def changed(
 
 
 def with_discrete(events: RunEvents, y: Array, values: list[Array], fired: Array) -> Array:
-    """The vector with the discrete variables as set by the events that `fired`."""
+    """The vector with the discrete variables as set by the events that `fired`. What follows a value keeps its own
+    while the value is NaN.
+    """
     number, element, is_own = events.writes
     if not number.size:
         return y
     old, new = y[events.layout.discrete], jnp.concatenate(values)[element]
-    is_set, turns = fired[number] & is_own, np.arange(len(number))[:, None]
+    is_set = fired[number] & is_own & ~(events.follows[number] & jnp.isnan(new))
+    turns = np.arange(len(number))[:, None]
     last = jnp.max(jnp.where(is_set, turns, -1), axis=0)  # -1 if nothing is set
     # All turns at once, because a loop would compile operations for each; by selection, as in `placed`.
     chosen = jnp.sum(jnp.where(turns == last, new, 0.0), axis=0)
