@@ -65,6 +65,31 @@ def test_a_mass_strikes_two_others(e: float, closed: bool, after: list[float], g
     assert abs(run.energy.imbalance) < 1e-12
 
 
+def one_after_the_other(e: float) -> list[float]:
+    """Speeds of three masses in touch after the first is struck, once no impact is left."""
+    v = [1.0, 0.0, 0.0]
+    while v[0] > v[1] + 1e-3 or v[1] > v[2] + 1e-3:
+        i = 0 if v[0] > v[1] else 1
+        mean, rebound = 0.5 * (v[i] + v[i + 1]), 0.5 * e * (v[i] - v[i + 1])
+        v[i : i + 2] = mean - rebound, mean + rebound
+    return v
+
+
+@pytest.mark.thorough
+def test_impacts_that_follow_each_other_at_once_are_no_rebound_that_dies_out() -> None:
+    """Impacts between masses in touch: that of one contact ends the motion which the other has turned back."""
+    e = np.array([0.3, 0.5, 0.6, 0.7, 0.9])
+
+    def struck_first(e: Any) -> Any:
+        model = row([1.0] * 3, [1.0, 0.0, 0.0], [0.0] * 3, [e, e])
+        solution = simulate(model, 1.0, save="end", throw=False)
+        return solution.t1, [part.v for part in solution.final.parts[:3]]
+
+    t1, speeds = jax.jit(jax.vmap(struck_first))(e)
+    np.testing.assert_array_equal(t1, 1.0)
+    np.testing.assert_allclose(np.transpose(speeds), [one_after_the_other(share) for share in e], atol=1e-6)
+
+
 def test_masses_struck_from_both_sides_at_one_instant() -> None:
     """Both contacts obey Newton's law: the middle body stays, and the others rebound."""
     model = row([1.0, 3.0, 1.0], [2.0, 0.0, -2.0], [0.0, 1.0, 2.0], [0.5] * 2)

@@ -45,7 +45,8 @@ class Returns(NamedTuple):
 
     - `arrival`: the rate at which each relation that begins the last event has crossed zero; 0 for all others.
     - `depth`: the distance of the event indicator from zero after the event, on the side that the relation has
-      reached; infinite if the event has not turned it back, and after the relation has changed back.
+      reached; infinite if the event has not turned it back. It is valid until the relation changes, on the path or in
+      an event, or a step without an event resolves the excursion.
 
     If the indicator comes back to this distance before the relation has changed back, its excursion was within the
     resolution of the relation or of time, and the next event is missed.
@@ -224,8 +225,9 @@ def first_crossing(
     rates = jax.jvp(lambda g: logic(g, -g), (high.g,), (high.rate,))[1]
     is_over = goes & (s.is_found | (low.t >= end))
     beyond = sign_of(after) * jnp.where(s.is_found, high.g, last.g)
-    is_back = is_over & (beyond > conditions.band)
-    arrival = jnp.where(after ^ s.truths, sign_of(after) * high.rate, 0.0)
+    changed = after ^ s.truths
+    is_beyond = is_over & ~changed & (beyond > conditions.band)
+    arrival = jnp.where(changed, sign_of(after) * high.rate, 0.0)
     return Found(
         is_any=s.is_found,
         t=high.t,
@@ -236,8 +238,8 @@ def first_crossing(
         shift=high.shift[:1] + low.shift[1:],
         end=last,
         reached=jnp.where(s.is_found | (low.t >= end) | ~goes, end, low.t),
-        returns=Returns(arrival, jnp.where(is_back, jnp.inf, s.depth)),
-        is_missed=jnp.any(is_back & (beyond > s.depth)),
+        returns=Returns(arrival, jnp.where(changed | (is_beyond & ~s.is_found), jnp.inf, s.depth)),
+        is_missed=jnp.any(is_beyond & (beyond > s.depth)),
     )
 
 

@@ -149,13 +149,12 @@ class EventNumbers:
         return np.concatenate([np.zeros(0, int), *own])
 
     @ft.cached_property
-    def changes_rates(self) -> np.ndarray:
-        """Events that can change rates: they set states, or discrete variables that equations or conditions read."""
-        carried, used = self.system.carried, filter(self.system.carried.is_discrete, self.system.intake.used)
-        read = {leaf for key in used for leaf in carried.leaves_of(key)} | self.settings.read_by_indicators
-        return self._of_entries(
-            lambda entry: any(leaf in read or leaf not in carried.discrete_places for leaf in entry.targets)
-        )
+    def determines_rates(self) -> np.ndarray:
+        """The positions in the stepped vector of the states and of the discrete variables that equations read."""
+        system, carried = self.system, self.system.carried
+        states = np.arange(len((system.solved or system).nominals))  # without the unknowns of the mass-matrix form
+        leaves = {leaf for key in filter(carried.is_discrete, system.intake.used) for leaf in carried.leaves_of(key)}
+        return np.concatenate([states, *(carried.discrete_places[leaf] for leaf in sorted(leaves))])
 
     @ft.cached_property
     def responds(self) -> np.ndarray:

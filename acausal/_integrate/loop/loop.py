@@ -210,6 +210,13 @@ class StepLoop(Steps):
 
         approach = Approach(forward * before, forward * found.rates, rate_correction)
         changed, jumps = self.happened(c._replace(t=t, y=y, truths=found.truths), approach, triggered, c.truths)
+        remains = changed.truths == found.truths
+        # The rates of unresolved fast transients change their signs on the path, also without an event.
+        is_turned = jnp.any((changed.y != y)[events.determines_rates])
+        returns = Returns(
+            arrival=jnp.where(remains & is_turned & ~events.of_laws, found.returns.arrival, 0.0),
+            depth=jnp.where(remains, found.returns.depth, jnp.inf),
+        )
         # A run that stops at an instant ends just after it, so that a run that continues it does not repeat its events.
         behind = jnp.where(is_there & (changed.outcome == STOPPED), args.tick(changed.t), 0.0)
         t = changed.t + behind
@@ -222,12 +229,6 @@ class StepLoop(Steps):
             far = jnp.abs(found.end.g)
             armed |= ~is_any & (far > args.back)
             farthest = jnp.maximum(farthest, far)
-        # The rates of unresolved fast transients change their signs on the path, also without an event.
-        turns = (changed.truths == found.truths) & ~events.of_laws & jnp.any(triggered & events.changes_rates)
-        # An event that fires again has not been missed.
-        again = jnp.any(found.triggered[:, None] & events.relations_of, axis=0)
-        arrival, depth = found.returns
-        returns = found.returns._replace(arrival=jnp.where(turns, arrival, 0.0), depth=jnp.where(again, jnp.inf, depth))
         carried = changed._replace(
             t=t, y=y, armed=armed, farthest=farthest, jumped=is_cut, end_sample=found.end, returns=returns
         )
