@@ -4,11 +4,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .._errors import ModelError
+from ._deep_calls import deep_calls
 from ._errors import ModelicaError
-from ._front.flatten import flat_model as front_end
-from ._syntax.flat import FlatModelica
-from ._syntax.read import flat_model as read
-from ._syntax.read_expressions import UnknownSyntax
+from ._frontend.stored import stored_model
 from ._translate.build import component
 from ._translate.model import ModelicaModel
 
@@ -28,22 +26,14 @@ def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path
     (Integer, Boolean, enumerations, String), and real ones on which the structure depends, are fixed: set them by
     modifiers.
 
-    Raises `ModelicaError` for errors of the text, with file and line, and for language elements that are not supported.
-    Some of the latter appear only in the analysis of the equations, as `ModelError`.
+    Raises `ModelicaError` for errors of the text, with file, line and column, and for language elements that are not
+    supported. Some of the latter appear only in the analysis of the equations, as `ModelError`.
     """
     roots = [roots] if isinstance(roots, str | Path) else roots
     try:
-        return component(flat_of(source, model, roots))
+        with deep_calls():
+            return component(stored_model(source, model, roots))
     except ModelicaError:
         raise
     except ModelError as error:
         raise ModelicaError(f"{model}: {error}") from error
-
-
-def flat_of(source: str | Path, model: str, roots: Sequence[str | Path] = ()) -> FlatModelica:
-    """The flat model of a Modelica model. Raises `ModelicaError`."""
-    content, sources = front_end(source, model, roots)
-    try:
-        return read(content, model, sources.place)
-    except UnknownSyntax as error:
-        raise ModelicaError(f"{model}: the front end wrote an unknown {error}.") from error

@@ -1,4 +1,4 @@
-"""Algorithms of models, which the last pass of the front end refuses, against closed forms."""
+"""Algorithms of models, against closed forms."""
 
 from typing import Any
 
@@ -7,10 +7,8 @@ import pytest
 
 from acausal import SimulationError, simulate
 from acausal.modelica import load
-from acausal.modelica._front import algorithms, session
-from acausal.modelica._front.flatten import flat_model
-
-pytest.importorskip("rumoca")
+from acausal.modelica._frontend.flatten import flat_model
+from acausal.modelica._syntax import expressions as e
 
 MANY = """model Many
   type Level = enumeration(low, high);
@@ -127,31 +125,16 @@ def test_assertions_of_algorithms_hold_during_a_run(many: Any) -> None:
         simulate(many, 1.5)
 
 
-def test_the_front_end_refuses_these_algorithms() -> None:
-    """When it accepts them, nothing needs to be hidden any more."""
-    with pytest.raises(session.rumoca().CompileError, match="algorithm"):
-        session.rumoca().Session().loads(MANY, model="Many", filename="Many.mo")
-
-
-def test_algorithms_are_shown_again() -> None:
-    content, sources = flat_model(MANY, "Many")
-    kinds = [[next(iter(s)) for s in algorithm["statements"]] for algorithm in content["algorithms"]]
-    assert kinds[0][:3] == ["Assignment", "If", "For"]
-    assert kinds[1] == ["When", "Assert"]
-    assert len(content["initial_algorithms"]) == 1
-    assert content["when_chains"] == []
-    assert algorithms.MARK not in str(content)
-    spans = [algorithm["span"] for algorithm in content["algorithms"]]
-    places = [sources.place(span["source"], span["start"]) for span in spans]
+def test_algorithms_stay_in_the_order_of_the_text() -> None:
+    flat = flat_model(MANY, "Many")
+    kinds = [[type(statement) for statement in algorithm.body] for algorithm in flat.algorithms]
+    assert kinds[0][:3] == [e.Assign, e.IfStatement, e.For]
+    assert kinds[1] == [e.WhenClause, e.Assert]
+    assert len(flat.initial_algorithms) == 1
+    assert flat.whens == ()
     lines = MANY.splitlines()
-    assert [place and lines[place[1] - 1].strip() for place in places] == ["algorithm", "algorithm"]
-
-
-def test_hidden_algorithms_keep_their_lines_and_spare_functions() -> None:
-    changed = algorithms.hidden(MANY)
-    assert changed.count("\n") == MANY.count("\n")
-    assert "once := u;" in changed
-    assert changed.count("  algorithm\n") == 1
+    places = [algorithm.place for algorithm in flat.algorithms]
+    assert [place and lines[place.line - 1].strip() for place in places] == ["algorithm", "algorithm"]
 
 
 FILLED = """

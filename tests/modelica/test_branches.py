@@ -8,8 +8,6 @@ import pytest
 from acausal import SimulationError, replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 BRANCHES = """model Branches
   parameter Real top = 20, most = 20, stop = 9;
   Real x(start = 0, fixed = true);

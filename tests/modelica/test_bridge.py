@@ -1,12 +1,9 @@
 """Ideal diodes as parametric curves, in a bridge of three phases."""
 
 import numpy as np
-import pytest
 
 from acausal import simulate
 from acausal.modelica import load
-
-pytest.importorskip("rumoca")
 
 TEXT = """
 package P

@@ -2,7 +2,6 @@
 
 import dataclasses
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import equinox as eqx
@@ -11,19 +10,16 @@ import numpy as np
 import pytest
 
 from acausal import ModelError, simulate
-from acausal.modelica._front.flatten import flat_model as flat_of
+from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._syntax import expressions as e
-from acausal.modelica._syntax.read import flat_model
 from acausal.modelica._translate.build import component
 from acausal.modelica._translate.clock_operators import mapped
 from acausal.modelica._translate.clock_partitions import Base, Clock, Partitions
 
-pytest.importorskip("rumoca")
-
 
 def model(text: str) -> Any:
     name = text.split()[1]
-    return component(flat_model(flat_of(text, name)[0], name))
+    return component(flat_model(text, name))
 
 
 def run(text: str, times: Any, **changes: float) -> Any:
@@ -183,7 +179,7 @@ def test_methods_of_integration_of_clocked_equations(method: str, final: float) 
             return e.Builtin("Clock", (x, e.Const(method)))
         return dataclasses.replace(x, name="Der") if isinstance(x, e.Builtin) and x.name == "Sin" else x
 
-    flat = flat_model(flat_of(DECAY, "Decay")[0], "Decay")
+    flat = flat_model(DECAY, "Decay")
     clock = dataclasses.replace(flat.variables["c"], binding=solved(flat.variables["c"].binding))
     equations = tuple(dataclasses.replace(x, residual=solved(x.residual)) for x in flat.equations)
     flat = dataclasses.replace(flat, variables={**flat.variables, "c": clock}, equations=equations)
@@ -213,17 +209,3 @@ def test_clocks_that_contradict_each_other(given: Any, factor: int | None, shift
     clocks.relate("u", "y", None if factor is None else Fraction(factor), Fraction(shift), "subSample")
     with pytest.raises(ModelError, match=message):
         clocks.solve()
-
-
-def test_the_front_end_sees_the_equations_of_clocked_models_of_libraries(tmp_path: Path) -> None:
-    folder = tmp_path / "Plant"
-    folder.mkdir()
-    (folder / "package.mo").write_text("package Plant\nend Plant;\n")
-    (folder / "Counter.mo").write_text(
-        "within Plant;\nmodel Counter\n  Clock c;\n  Real n(start = 0), y;\nequation\n  c = Clock(1, 10);\n"
-        "  y = sample(time, c);\n  n = previous(n) + y;\nend Counter;\n"
-    )
-    content, sources = flat_of("", "Plant.Counter", [folder])
-    span = content["equations"][-1]["span"]
-    assert sources.place(span["source"], span["start"]) == (str(folder / "Counter.mo"), 8)
-    assert "n" in component(flat_model(content, "Plant.Counter")).flat.variables

@@ -5,7 +5,6 @@ from numpy.testing import assert_allclose
 
 from acausal import simulate
 from acausal.modelica import load
-from acausal.modelica._front.comprehensions import nested
 
 ROWS = [[11.0, 12.0, 13.0], [21.0, 22.0, 23.0]]
 EXPRESSIONS = ["{i * 10 + j for j in 1:3, i in 1:2}", "{{i * 10 + j for j in 1:3} for i in 1:n}"]
@@ -54,21 +53,3 @@ def test_a_modifier_of_the_loaded_model() -> None:
     text = TEXT.replace("DECLARED", "Row row[2];").replace("VALUE", EXPRESSIONS[0])
     solution = simulate(load(text, f"P.Whole(row(p(k = {EXPRESSIONS[0]})))"), 1.0, save="end")
     assert [solution[f"row[{i}].p[3].y"][-1] for i in (1, 2)] == [13.0, 23.0]
-
-
-@pytest.mark.parametrize(
-    "text",
-    [
-        "sum(i * j for i in 1:2, j in 1:3)",
-        "for i in 1:2, j in 1:3 loop x[i, j] = {k for k in 1:2}; end for;",
-        "Part p[2, 3](each d = {k for k in 1:2}, k = {{1, 2, 3}, {4, 5, 6}});",
-    ],
-)
-def test_other_texts_stay(text: str) -> None:
-    assert nested(text) == text
-
-
-def test_the_value_for_each_member_is_no_matrix_of_values() -> None:
-    assert nested("Part p[2, 2](each k = {i for i in 1:2, j in 1:2});").endswith(
-        "k = {{i for i in 1:2} for j in 1:2});"
-    )

@@ -1,12 +1,9 @@
 """What models of fluids need: flows that stop and turn, and levels that are compared with heights from the start on."""
 
 import numpy as np
-import pytest
 
 from acausal import simulate
 from acausal.modelica import load
-
-pytest.importorskip("rumoca")
 
 FLOW = """
 package P

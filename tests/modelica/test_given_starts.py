@@ -8,8 +8,6 @@ import pytest
 from acausal import Component, Equations, Param, Scalar, SimulationError, Var, eq, initialise, replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 TANK = """
 model Tank "Torricelli's law"
   Real h(start = 1{h}), v(start = 1{v}, min = 0);

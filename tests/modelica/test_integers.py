@@ -9,8 +9,6 @@ import pytest
 from acausal import replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 SAWTOOTH = """
 model Sawtooth
   parameter Real period = 0.3;

@@ -8,8 +8,6 @@ import pytest
 from acausal import ModelError, SimulationError, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 TIMES = np.array([0.05, 0.3, 0.45, 0.55, 0.8, 0.95, 1.2])
 
 CONTINUOUS = """

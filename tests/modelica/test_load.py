@@ -12,8 +12,6 @@ import pytest
 from acausal import ParameterError, initialise, parameters, replace, simulate, structure
 from acausal.modelica import ModelicaError, load
 
-pytest.importorskip("rumoca")
-
 TEXT = """
 package P
   model Cell "A body that cools"

@@ -4,10 +4,7 @@ import numpy as np
 import pytest
 
 from acausal import replace, simulate
-from acausal.modelica import ModelicaError, load
-from acausal.modelica._front.loops import expanded
-
-pytest.importorskip("rumoca")
+from acausal.modelica import load
 
 N = 5
 INDEX = np.arange(1.0, N + 1.0)
@@ -85,31 +82,6 @@ def test_loops_with_two_indices_in_components() -> None:
 def test_a_rod_of_volumes_becomes_a_straight_line() -> None:
     solution = simulate(load(WALL, "Wall"), 5000.0, save="end", rtol=1e-9)
     np.testing.assert_allclose(solution["T"][-1], 1.0 - (np.arange(20) + 0.5) / 20.0, atol=1e-8)
-
-
-def test_a_loop_that_the_front_end_writes_otherwise_is_refused() -> None:
-    index = {"VarRef": {"name": {"name": "i"}, "subscripts": [], "span": None}}
-    state = lambda subscript: {"VarRef": {"name": {"name": "x"}, "subscripts": [subscript]}}  # noqa: E731
-    family = {
-        "domain": {"binders": [{"display_name": "i", "lower": 1, "upper": 1, "step": 1}]},
-        "first_equation_index": 0,
-        "equations_per_point": 1,
-        "template": {"body": [{"Binary": {"lhs": state({"Expr": {"expr": index, "span": None}}), "rhs": index}}]},
-        "interiors_materialized": False,
-    }
-    one = {"Literal": {"value": {"Integer": 1}, "span": None}}
-    written = {"residual": {"Binary": {"lhs": state({"Index": {"value": 1, "span": None}}), "rhs": one}}}
-    content = {"structured_equations": [family], "initial_structured_equations": [], "equations": [written]}
-    found = expanded(content | {"initial_equations": []})["equations"][0]["residual"]["Binary"]["rhs"]
-    assert found["Literal"]["value"] == {"Integer": 1}
-    written["residual"]["Binary"]["rhs"] = {}
-    with pytest.raises(ModelicaError, match="do not match their template"):
-        expanded(content | {"initial_equations": []})
-    written["residual"]["Binary"] |= {"lhs": state({"Index": {"value": 2, "span": None}}), "rhs": index}
-    with pytest.raises(ModelicaError, match="do not match their template"):
-        expanded(content | {"initial_equations": []})
-    with pytest.raises(ModelicaError, match="several equations for each index"):
-        expanded(content | {"structured_equations": [family | {"equations_per_point": 2}], "initial_equations": []})
 
 
 OUTER = """
@@ -216,35 +188,16 @@ def test_a_size_that_a_final_modifier_takes_from_an_array() -> None:
     assert simulate(load(text, "Sizes.Whole"), 1.0, save="end")["part.total"][-1] == pytest.approx(3.0)
 
 
-def test_a_final_size_that_its_class_takes_from_an_array_is_refused() -> None:
-    text = """model Whole
-  model Part Real y = 1; end Part;
-  parameter Integer ns[2] = {2, 3};
-  final parameter Integer n = ns[2];
-  Part part[n];
-end Whole;"""
-    with pytest.raises(ModelicaError, match=r"line 5: the front end loses the size of part.*Remedy: "):
-        load(text, "Whole")
-    solution = simulate(load(text.replace("final ", ""), "Whole"), 1.0, save="end")
-    assert [solution[f"part[{i}].y"][-1] for i in (1, 2, 3)] == [1.0, 1.0, 1.0]
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("Part part(n = VALUE);", "Part part[ns[2]];", "the front end loses the size of part"),
-        ("Part part(n = VALUE);", 'Part part[ns[k] - 1](each n = 2) "parts";', "the front end loses the size of part"),
-        (
-            "Part part(n = VALUE);",
-            'equation for i in 1:ns[2] loop assert(time < 0.5, "late"); end for;',
-            r"the front end loses the range 1:ns\[2\], which reads an array",
-        ),
-    ],
-)
-def test_a_size_that_the_front_end_loses_is_refused(old: str, new: str, message: str) -> None:
-    """A part would be one component, and a loop would vanish."""
-    with pytest.raises(ModelicaError, match=rf"line 24: {message}.*Remedy: "):
-        load(SIZES.replace(old, new), "Sizes.Whole")
+def test_sizes_and_ranges_of_declarations_from_arrays() -> None:
+    declared = "Part part[ns[k] + 1](each n = 2); Real y[3];"
+    body = "equation for i in 1:ns[2] loop y[i] = i; end for;"
+    text = SIZES.replace(
+        "Part part(n = VALUE);", f"final parameter Integer m = ns[2]; Part final_part[m]; {declared} {body}"
+    )
+    final = simulate(load(text, "Sizes.Whole"), 1.0, save="end")
+    assert [final[f"part[{i}].total"][-1] for i in (1, 2, 3, 4)] == pytest.approx([2.0] * 4)
+    assert final["final_part[3].total"][-1] == pytest.approx(1.0)
+    np.testing.assert_allclose(final["y"][-1], [1.0, 2.0, 3.0])
 
 
 def test_a_range_in_a_function_may_read_an_array() -> None:

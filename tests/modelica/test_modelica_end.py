@@ -6,8 +6,6 @@ import pytest
 from acausal import JumpWarning, replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 MEAN = """
 model Mean "as Modelica.Blocks.Math.Mean"
   parameter Real f = 10;

@@ -9,8 +9,6 @@ import pytest
 from acausal import check, replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 OFFSET = """
 model Offset "A fixed start value of y, which a law of time ties to the state x"
   parameter Real y0 = 1;

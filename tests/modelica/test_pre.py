@@ -7,8 +7,6 @@ import pytest
 from acausal import replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 DELAYS = """
 package Delays
   block UnitDelay

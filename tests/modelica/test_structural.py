@@ -10,7 +10,7 @@ import pytest
 from acausal import ParameterError, UnknownNameError, parameters, replace, simulate
 from acausal.design import Normal, Tolerance, optimise, sweep
 from acausal.design import train as trained
-from acausal.modelica import ModelicaError, load
+from acausal.modelica import load
 
 MODEL = """
 package Selects
@@ -124,7 +124,8 @@ end Decided;"""
         replace(load(text, "Decided(shown = true)"), {"m": 2.0})
 
 
-def test_a_relation_for_fixed_is_refused() -> None:
+def test_a_relation_for_fixed_fixes_what_it_reads() -> None:
     text = "model M\n  parameter Real k = 2;\n  Real x(start = 1, fixed = k > 1);\nequation\n  der(x) = 1;\nend M;"
-    with pytest.raises(ModelicaError, match=r"line 3: fixed = k > 1 is evaluated .*declare a Boolean parameter"):
-        load(text, "M")
+    assert simulate(load(text, "M"), 1.0, save="end")["x"][-1] == pytest.approx(2.0)
+    with pytest.raises(ParameterError, match="k is fixed"):
+        replace(load(text, "M"), {"k": 0.5})

@@ -8,8 +8,6 @@ import pytest
 from acausal import ModelError, SimulationError, replace, simulate
 from acausal.modelica import load
 
-pytest.importorskip("rumoca")
-
 TEXT = """
 model Draining
   Boolean b[2], pre_b[2], first, second;
@@ -58,7 +56,7 @@ end Places;
 
 def test_a_subscript_out_of_bounds_is_named() -> None:
     for n in (0, 3):
-        with pytest.raises(ModelError, match=f"the subscript {n} of an array of 2 is out of bounds"):
+        with pytest.raises(ModelError, match=rf"mo:10:9: the subscript {n} is out of bounds: the size is 2"):
             simulate(load(PLACES.format(n=n), "Places"), 1.0)
 
 
@@ -72,5 +70,5 @@ def test_an_element_out_of_bounds_is_not_a_number() -> None:
 @pytest.mark.parametrize("equation", ["x = {time, 2};", "x = time;", "x = {{i * j for i in 1:2} for j in 1:3};"])
 def test_sides_of_different_shapes_are_refused(equation: str) -> None:
     text = f"model Shapes\n  Real x[2, 2];\nequation\n  {equation}\nend Shapes;"
-    with pytest.raises(ModelError, match=r"<model>\.mo:4\.equations: the sides have different shapes: \(2, 2\) and \("):
+    with pytest.raises(ModelError, match=r"mo:4:3: the sides of the equation have different sizes: \[2, 2\]"):
         simulate(load(text, "Shapes"), 1.0)

@@ -10,6 +10,7 @@ import functools as ft
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from ..._errors import suggestion
 from .._errors import ModelicaError
 from . import tree as t
 from .library import Definition, Libraries
@@ -213,7 +214,7 @@ class Instance:
     def _declare(self) -> None:
         assert self._own is not None
         body = self.tree.body
-        for name in self.definition.stored():
+        for name in self.definition.stored:
             self._own[name] = self._class(name, lambda name=name: self._stored(name), None)
         if not isinstance(body, t.Long):
             return
@@ -426,8 +427,6 @@ class Instance:
             known = ATTRIBUTES["enumeration"]
         for name, inner in modifier.elements.items():
             if name not in known:
-                from ..._errors import suggestion
-
                 raise inner.error(f"{self.name} has no element {name} to modify.{suggestion(name, list(known))}")
 
     @ft.cached_property
@@ -549,7 +548,7 @@ class Instance:
         source = source or self.source
         found = self.top.find(name.parts[0]) if name.is_global else self.find(name.parts[0], is_base=is_base)
         if found is None:
-            raise self.top.unknown(name.parts[0], self, name.at, f"there is no class {name}", source)
+            raise self.top.unknown(name.parts, self, name.at, f"there is no class {name}", source)
         found = inside(found, name.parts, source, name.at)
         if found.tree.is_outer:
             return self.inner_class(found)
@@ -579,8 +578,6 @@ def inside(found: "ClassElement | ComponentElement", parts: tuple[str, ...], sou
         instance = found.instance
         inner = instance.elements.get(part)
         if inner is None:
-            from ..._errors import suggestion
-
             raise source.error(
                 at, f"{'.'.join(parts[:i])} has no class {part}.{suggestion(part, list(instance.elements))}"
             )
@@ -750,7 +747,7 @@ class Top:
         """A class or constant by its full name, which `user` imports. Raises `TextError`."""
         found: ClassElement | ComponentElement | None = self.find(parts[0])
         if found is None:
-            raise self.unknown(parts[0], user, at, f"there is no class {'.'.join(parts)} to import", user.source)
+            raise self.unknown(parts, user, at, f"there is no class {'.'.join(parts)} to import", user.source)
         for i, part in enumerate(parts[1:], 1):
             inner = found.instance.elements.get(part) if isinstance(found, ClassElement) else None
             if inner is None:
@@ -758,31 +755,30 @@ class Top:
             found = inner
         return found
 
-    def unknown(self, name: str, user: Instance, at: int, message: str, source: Source) -> TextError:
-        """The error for a name that is not found, with a suggestion or the version of a library that is missing."""
-        from ..._errors import suggestion
-
-        def users() -> Iterator[Definition]:
-            here: Instance | None = user
-            while here is not None:
-                yield here.definition
-                here = here.encloser
-
-        missing = self.libraries.missing(name, users())
-        known: set[str] = set(self._predefined) | set(self.libraries.names())
+    def unknown(self, parts: tuple[str, ...], user: Instance, at: int, message: str, source: Source) -> TextError:
+        """The error for a name that is not found, with a suggestion, or the library that is missing and its version."""
+        first, *further = parts
+        around: list[Instance] = []
+        known: set[str] = set(self.libraries.names()) | (set() if further else set(self._predefined))
         here: Instance | None = user
         while here is not None:
+            around.append(here)
             known |= here.elements.keys()
             here = here.encloser
-        return source.error(at, f"{message}.{missing or suggestion(name, sorted(known))}")
+        if not further:
+            return source.error(at, f"{message}.{suggestion(first, sorted(known))}")
+        uses = self.libraries.uses(first, [one.definition for one in around])
+        name = ".".join(one.name for one in reversed(around))
+        needed = f"{name} needs the library {uses}. Give" if uses else f"If {first} is a library, give"
+        similar = "" if uses else suggestion(first, sorted(known))
+        given = self.libraries.given()
+        return source.error(at, f"{message}.{similar} {needed} its folder by roots=[...]; {given}.")
 
     def model(self, name: str, modification: t.Modification | None, source: Source) -> Instance:
         """The instance of the model that is flattened. Raises `ModelicaError`."""
         parts = tuple(name.split("."))
         found = self.find(parts[0])
         if found is None:
-            from ..._errors import suggestion
-
             raise ModelicaError(
                 f"There is no model {name}.{suggestion(parts[0], self.libraries.names())} "
                 "Give its full name, and the folder of its library by roots=[...]."
@@ -792,8 +788,6 @@ class Top:
             inner = element.instance.elements.get(part) if isinstance(element, ClassElement) else None
             if inner is None:
                 known = list(element.instance.elements) if isinstance(element, ClassElement) else []
-                from ..._errors import suggestion
-
                 raise ModelicaError(f"{'.'.join(parts[:i])} has no {part}.{suggestion(part, known)}")
             element = inner
         if not isinstance(element, ClassElement):

@@ -16,7 +16,7 @@ from .classes import ComponentElement, Instance, Top
 from .connections import Connections, equations
 from .equations import Equations, Found
 from .expressions import Expressions
-from .library import Libraries
+from .library import Libraries, given
 from .modifiers import Index
 from .overconstrained import Graph
 from .parse import parse_modification
@@ -37,7 +37,6 @@ from .typed import (
     written_dims,
 )
 
-NAME = "<model>.mo"  # of a text in messages
 ATTRIBUTE_TYPES = {
     "fixed": BOOLEAN, "unbounded": BOOLEAN, "unit": STRING, "quantity": STRING, "displayUnit": STRING,
     "stateSelect": Type("enumeration"),
@@ -51,7 +50,7 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     `source` is a text, a file, or the folder of a package. `model` is the full name of a class, possibly with
     modifiers, as in "Plant.Pump(k=2)". `roots` are folders with libraries. Raises `ModelicaError`.
     """
-    texts, folders = _given(source, roots)
+    texts, folders = given(source, roots)
     name, bracket, rest = model.partition("(")
     modification = None
     request = Source(f"the modifiers of {name.strip()}", bracket + rest)
@@ -65,27 +64,6 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
         raise
     except ModelError as error:  # of a value on which the structure depends
         raise root.error(root.tree.at, f"{error}") from error
-
-
-def _given(source: str | Path, roots: Sequence[str | Path]) -> tuple[list[Source], list[Path]]:
-    folders = [_existing(Path(root), "root") for root in roots]
-    if not (isinstance(source, Path) or source.rstrip().endswith(".mo")):
-        return [Source(NAME, str(source))], folders
-    file = _existing(Path(source), "file")
-    if file.is_dir() or file.name == "package.mo":
-        return [], [*folders, file if file.is_dir() else file.parent]
-    folder = file.parent
-    if not (folder / "package.mo").exists():
-        return [Source(str(file))], folders
-    while (folder.parent / "package.mo").exists():
-        folder = folder.parent
-    return [], [*folders, folder]
-
-
-def _existing(path: Path, what: str) -> Path:
-    if not path.exists():
-        raise ModelicaError(f"The {what} {path} does not exist.")
-    return path.absolute()
 
 
 class _Flattening:
@@ -182,9 +160,9 @@ class _Flattening:
             "operator record",
             "expandable connector",
         ):
-            raise root.error(root.tree.at, f"{root.name} is a {root.kind}, not a model.")
+            raise root.error(root.tree.at, f"{self.name} is a {root.kind}, not a model.")
         if root.tree.is_partial:
-            raise root.error(root.tree.at, f"the model {root.name} is partial.")
+            raise root.error(root.tree.at, f"the model {self.name} is partial.")
 
     def _sections(self, base: Instance) -> tuple[t.Section, ...]:
         return base.tree.body.sections if isinstance(base.tree.body, t.Long) else ()
@@ -354,6 +332,7 @@ class _Flattening:
             value = self.context.value(found.x)
         except NotKnown:
             raise component.error(f"the attribute fixed of {component.name} is not known.") from None
+        self.context.select(found.x)
         flat = np.asarray(value).reshape(-1)
         return (bool(flat[0]),) if len(set(flat.tolist())) == 1 else tuple(bool(one) for one in flat)
 
@@ -366,6 +345,7 @@ class _Flattening:
     def _select(self, component: ComponentElement, found: Typed | None) -> str:
         if found is None:
             return "Default"
+        self.context.select(found.x)
         values = set(np.asarray(self.context.value(found.x), int).reshape(-1).tolist())
         if len(values) > 1:
             raise component.error(f"the elements of {component.name} have different values of stateSelect.")

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ... import _program_files as files
+from ..._errors import listed
 from ..._jax_settings import programs
 from .._errors import ModelicaError
 from . import tree as t
@@ -18,7 +19,31 @@ _OWN = hashlib.sha256(
     b"".join(Path(__file__).with_name(f"{name}.py").read_bytes() for name in ("tree", "lexical", "parse"))
     + b"".join(Path(__file__).with_name(f"parse_{name}.py").read_bytes() for name in ("clauses", "expressions"))
 ).digest()
+NAME = "<model>.mo"  # of a text in messages
 _CACHED_LENGTH = 5_000  # shorter texts are parsed faster than their trees are read
+
+
+def given(source: str | Path, roots: Sequence[str | Path]) -> tuple[list[Source], list[Path]]:
+    """The texts and the folders of libraries that a user gives. Raises `ModelicaError` for a file that is missing."""
+    folders = [_existing(Path(root), "root") for root in roots]
+    if not (isinstance(source, Path) or source.rstrip().endswith(".mo")):
+        return [Source(NAME, str(source))], folders
+    file = _existing(Path(source), "file")
+    if file.is_dir() or file.name == "package.mo":
+        return [], [*folders, file if file.is_dir() else file.parent]
+    tree, text = read(file)
+    if not tree.within:
+        return [text], folders
+    folder = file.parent
+    while (folder.parent / "package.mo").exists():
+        folder = folder.parent
+    return [], [*folders, folder]
+
+
+def _existing(path: Path, what: str) -> Path:
+    if not path.exists():
+        raise ModelicaError(f"The {what} {path} does not exist.")
+    return path.absolute()
 
 
 class Definition:
@@ -29,13 +54,14 @@ class Definition:
         self.source = source
         self.folder = folder
 
+    @ft.cached_property
     def stored(self) -> dict[str, Path]:
         """The files and folders of the classes in the folder of the package, by name."""
         return {} if self.folder is None else _entries(self.folder)
 
     def load(self, name: str) -> "Definition | None":
         """A class from the folder of the package."""
-        path = self.stored().get(name)
+        path = self.stored.get(name)
         return None if path is None else _load(path, name)
 
 
@@ -55,27 +81,28 @@ class Libraries:
         """The names of the top classes."""
         return [
             *(name for name, found in self._found.items() if found),
-            *(name for root in self.roots for name in _libraries(root)),
+            *(_without_version(path) for root in self.roots for path in _libraries(root)),
         ]
 
     def find(self, name: str) -> Definition | None:
         """A top class. Raises `ModelicaError` if several libraries have its name."""
         if name not in self._found:
-            places = [path for root in self.roots if (path := _libraries(root).get(name)) is not None]
-            places = list(dict.fromkeys(place.resolve() for place in places))
+            stored = (path for root in self.roots for path in _libraries(root) if _without_version(path) == name)
+            places = list(dict.fromkeys(path.resolve() for path in stored))
             if len(places) > 1:
-                raise ModelicaError(f"There are two libraries {name}: {places[0]} and {places[1]}.")
+                both = f"{places[0]} and {places[1]}"
+                raise ModelicaError(f"There are two libraries {name}: {both}. Give one of them itself by roots=[...].")
             self._found[name] = _load(places[0], name) if places else None
         return self._found[name]
 
-    def missing(self, name: str, users: Iterator[Definition]) -> str:
-        """What is known of a missing library: the version that a library wants which uses it."""
-        for user in users:
-            version = _uses(user.tree.annotation).get(name)
-            if version is not None:
-                library = f"{name} {version}".strip()
-                return f" {user.tree.name} uses {library}. Give the folder with this library by roots=[...]."
-        return ""
+    def uses(self, name: str, users: Sequence[Definition]) -> str:
+        """The name and version of a library that one of the users states to use; empty if none does."""
+        versions = (_uses(user.tree.annotation) for user in users)
+        return next((f"{name} {found[name]}".strip() for found in versions if name in found), "")
+
+    def given(self) -> str:
+        """The folders that are given, for a message."""
+        return f"these are {listed([str(root) for root in self.roots])}" if self.roots else "none are given"
 
 
 def _uses(annotation: t.Modification | None) -> dict[str, str]:
@@ -98,11 +125,18 @@ def _arguments(modification: t.Modification | None, name: str) -> list[t.Element
     ]
 
 
-def _libraries(root: Path) -> dict[str, Path]:
-    """The libraries in a folder, which may be one itself, by name."""
+def library_files(folders: Sequence[Path]) -> Iterator[Path]:
+    """The files of all libraries in some folders."""
+    for folder in folders:
+        for library in _libraries(folder):
+            yield from [library] if library.is_file() else sorted(library.rglob("*.mo"))
+
+
+def _libraries(root: Path) -> list[Path]:
+    """The libraries in a folder, which may be one itself."""
     if root.is_file() or (root / "package.mo").exists():
-        return {_without_version(root): root}
-    return {_without_version(entry): entry for entry in sorted(root.iterdir()) if _is_stored(entry)}
+        return [root]
+    return [entry for entry in sorted(root.iterdir()) if _is_stored(entry)]
 
 
 def _without_version(path: Path) -> str:
@@ -115,7 +149,6 @@ def _is_stored(entry: Path) -> bool:
     return (entry.suffix == ".mo" and entry.is_file()) or (entry / "package.mo").exists()
 
 
-@ft.cache
 def _entries(folder: Path) -> dict[str, Path]:
     found: dict[str, Path] = {}
     for entry in sorted(folder.iterdir()):

@@ -34,7 +34,7 @@ def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
     first = ref.parts[0]
     found = scope.top.find(first.name) if ref.is_global else scope.find(first.name)
     if found is None:
-        raise _unknown(here, ref, first.name)
+        raise _unknown(here, ref)
     if isinstance(found, ComponentElement):
         _check_constant(here, ref, found)
     i = 0
@@ -120,8 +120,9 @@ def literal(here: "Expressions", instance: Instance, ordinal: int) -> Typed:
     return Typed(e.Ref(name), Type("enumeration", origin), (), CONSTANT)
 
 
-def _unknown(here: "Expressions", ref: t.Reference, name: str) -> Exception:
-    return here.scope.top.unknown(name, here.scope, ref.at, f"there is no variable or class {name}", here.scope.source)
+def _unknown(here: "Expressions", ref: t.Reference) -> Exception:
+    message = f"there is no variable or class {ref.parts[0].name}"
+    return here.scope.top.unknown(ref.names, here.scope, ref.at, message, here.scope.source)
 
 
 def _inner(here: "Expressions", component: ComponentElement, at: int) -> ComponentElement:

@@ -14,7 +14,8 @@ from ..._declare.by_name import parameters, replace
 from ..._errors import AcausalError
 from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
-from .._load import flat_of
+from .._deep_calls import deep_calls
+from .._frontend.stored import stored_model
 from .._syntax.flat import FlatModelica
 from .._translate.build import component
 from .._translate.known import KnownValues
@@ -49,9 +50,10 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
     start = time.monotonic()
     row = Compared(model, "front end")
     try:
-        flat = flat_of("", model, roots)
-        row.stage, row.equations = "translation", len(flat.equations)
-        made = component(flat)
+        with deep_calls():
+            flat = stored_model("", model, roots)
+            row.stage, row.equations = "translation", len(flat.equations)
+            made = component(flat)
         row.stage = "run"
         reference = read_reference(folder)
         times = _times(reference, folder)

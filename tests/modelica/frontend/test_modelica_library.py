@@ -1,11 +1,12 @@
-"""Packages in files: which file holds a class, and the cache of trees."""
+"""Packages in files: which file holds a class, and the caches of trees and flat models."""
 
 from pathlib import Path
 
 import pytest
 
 from acausal.modelica import ModelicaError
-from acausal.modelica._frontend import library
+from acausal.modelica._frontend import library, stored
+from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._frontend.library import Libraries
 from acausal.modelica._frontend.source import Source
 
@@ -34,7 +35,7 @@ def test_classes_of_a_package_lie_in_files_and_folders(tmp_path: Path) -> None:
     libraries = Libraries([], [root])
     lib = libraries.find("Lib")
     assert lib is not None
-    assert sorted(lib.stored()) == ["B", "Sub"]
+    assert sorted(lib.stored) == ["B", "Sub"]
     sub = lib.load("Sub")
     assert sub is not None
     inner = sub.load("C")
@@ -84,3 +85,53 @@ def test_trees_of_large_files_come_from_the_cache(tmp_path: Path, monkeypatch: p
     assert tree.classes[0].name == "Lib"
     assert source.text == text
     assert stored.name.startswith("modelica-tree-")
+
+
+PUMP = "within Plant;\nmodel Pump\n  parameter Real k = 1;\n  Real q;\nequation\n  q = k * time;\nend Pump;\n"
+
+
+@pytest.fixture
+def plant(tmp_path: Path) -> Path:
+    """A folder with a library."""
+    return written(tmp_path / "roots", {"Plant/package.mo": "package Plant end Plant;", "Plant/Pump.mo": PUMP})
+
+
+def test_a_model_is_found_in_a_text_a_file_and_a_package(plant: Path) -> None:
+    text = "model Two Plant.Pump a, b(k = 2); end Two;"
+    assert set(flat_model(text, "Two", [plant]).variables) == {"a.k", "a.q", "b.k", "b.q"}
+    file = written(plant.parent, {"Two.mo": text}) / "Two.mo"
+    assert set(flat_model(file, "Two", [plant]).variables) == {"a.k", "a.q", "b.k", "b.q"}
+    for source in (plant / "Plant", plant / "Plant" / "package.mo", str(plant / "Plant" / "Pump.mo")):
+        (equation,) = flat_model(source, "Plant.Pump").equations
+        assert str(equation.place) == f"{plant / 'Plant' / 'Pump.mo'}:6"
+
+
+def test_a_file_without_within_is_a_text_of_its_own_beside_a_package(plant: Path) -> None:
+    file = written(plant, {"Plant/Alone.mo": "model Alone Real x = 1; end Alone;"}) / "Plant" / "Alone.mo"
+    assert set(flat_model(file, "Alone").variables) == {"x"}
+
+
+def test_a_library_that_changes_is_read_again(plant: Path) -> None:
+    first = flat_model("", "Plant.Pump", [plant])
+    fan = "within Plant; model Fan end Fan;"
+    written(
+        plant,
+        {"Plant/Pump.mo": PUMP.replace("k * time", "k + time"), "Plant/Fan.mo": fan},
+    )
+    assert flat_model("", "Plant.Pump", [plant]).equations != first.equations
+    assert flat_model("", "Plant.Fan", [plant]).variables == {}
+
+
+def test_the_flat_model_comes_from_the_cache_until_a_text_changes(
+    plant: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    monkeypatch.setattr(stored.programs, "folder", cache)
+    first = stored.stored_model("", "Plant.Pump", [plant])
+    with monkeypatch.context() as patch:
+        patch.setattr(stored, "flat_model", None)  # the model is not flattened again
+        assert stored.stored_model("", "Plant.Pump", [plant]) == first
+    assert stored.stored_model("", "Plant.Pump(k = 2)", [plant]) != first
+    written(plant, {"Plant/Pump.mo": PUMP.replace("k * time", "2 * k * time")})
+    assert stored.stored_model("", "Plant.Pump", [plant]).equations != first.equations

@@ -99,8 +99,11 @@ def test_a_missing_library_is_named_with_its_version(tmp_path: Path) -> None:
     (tmp_path / "Plant.mo").write_text(
         'package Plant model M Hydro.Pump pump; end M; annotation(uses(Hydro(version = "2.1"))); end Plant;'
     )
-    with pytest.raises(ModelicaError, match=r"no class Hydro\.Pump\. Plant uses Hydro 2\.1\. Give the folder"):
+    message = r"no class Hydro\.Pump\. Plant\.M needs the library Hydro 2\.1\. Give its folder"
+    with pytest.raises(ModelicaError, match=message):
         flat_model("", "Plant.M", [tmp_path])
+    with pytest.raises(ModelicaError, match=r"<model>\.mo:1:17: .*If Hydro is a library, .*; none are given\."):
+        flat_model("model M extends Hydro.Pump; end M;", "M")
 
 
 def test_a_missing_model_is_named() -> None:
