@@ -10,11 +10,14 @@
     solution = simulate(drive, 2.0)
     solution["inertia2.w"]
 
-`python -m acausal.modelica` checks and simulates models, and compares a library with published results.
+`source` tells where a value comes from. `python -m acausal.modelica` checks and simulates models, and compares a
+library with published results.
 """
 
 from ._errors import ModelicaError as ModelicaError
 from ._load import load as load
+from ._source import source as source
+from ._syntax.flat import SourcePlace as SourcePlace
 from ._translate.model import ModelicaModel as ModelicaModel
 
-__all__ = ["ModelicaError", "ModelicaModel", "load"]
+__all__ = ["ModelicaError", "ModelicaModel", "SourcePlace", "load", "source"]

@@ -189,7 +189,11 @@ class Instance:
         """The elements that the text of the class declares, without those of its base classes."""
         if self._own is None:
             self._own = {}
-            self._declare()
+            try:
+                self._declare()
+            except BaseException:
+                self._own = None
+                raise
         return self._own
 
     @property
@@ -201,6 +205,9 @@ class Instance:
             self._pending = True
             try:
                 self._elements = self._expanded()
+            except BaseException:
+                self._bases, self._base_at = [], []
+                raise
             finally:
                 self._pending = False
         return self._elements

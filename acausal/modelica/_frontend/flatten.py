@@ -1,14 +1,13 @@
 """Flattening (Modelica 3.6, section 5.6): from the instance of a model to the flat model."""
 
+import functools as ft
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from ..._errors import ModelError
-from .._errors import ModelicaError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, SourcePlace
+from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, SourcePlace
 from .._translate.scope import NotKnown
 from . import tree as t
 from .algorithms import Statements
@@ -20,7 +19,7 @@ from .library import Libraries, given
 from .modifiers import Index
 from .overconstrained import Graph
 from .parse import parse_modification
-from .source import Source
+from .source import Problems, Source, TextError
 from .streams import Streams
 from .structure import Context
 from .typed import (
@@ -48,7 +47,8 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
     """The flat model of a Modelica model.
 
     `source` is a text, a file, or the folder of a package. `model` is the full name of a class, possibly with
-    modifiers, as in "Plant.Pump(k=2)". `roots` are folders with libraries. Raises `ModelicaError`.
+    modifiers, as in "Plant.Pump(k=2)". `roots` are folders with libraries. Raises `ModelicaError` with all errors of
+    the model: those of its classes and connections, or if there are none, those of its equations and values.
     """
     texts, folders = given(source, roots)
     name, bracket, rest = model.partition("(")
@@ -58,22 +58,19 @@ def flat_model(source: str | Path, model: str, roots: Sequence[str | Path] = ())
         modification = parse_modification(request)
     top = Top(Libraries(texts, folders))
     root = top.model(name.strip(), modification, request)
-    try:
-        return _Flattening(root, name.strip()).flat()
-    except ModelicaError:
-        raise
-    except ModelError as error:  # of a value on which the structure depends
-        raise root.error(root.tree.at, f"{error}") from error
+    return _Flattening(root, name.strip()).flat()
 
 
 class _Flattening:
     def __init__(self, root: Instance, name: str) -> None:
         self.root = root
         self.name = name
+        self.problems = Problems()
         self.context = Context(root.top)
         self.connections = Connections(self.context)
         self.context.connections = self.connections
         self.variables: dict[str, FlatVariable] = {}
+        self.functions: dict[str, FlatFunction] = {}
         self.instances: list[Instance] = []
         self.components: list[ComponentElement] = []  # variables and records
         self.flows: list[tuple[str, Index, SourcePlace]] = []
@@ -82,37 +79,11 @@ class _Flattening:
         self.initial_algorithms: list[Algorithm] = []
 
     def flat(self) -> FlatModelica:
-        self._check_model()
-        self._collect(self.root)
-        done = 0
-        while done < len(added := list(self.context.added.values())):
-            for component in added[done:]:
-                self._collect_component(component)
-            done = len(added)
-        for instance in self.instances:
-            for base in instance.lineage():
-                for section in self._sections(base):
-                    if not section.is_algorithm and not section.is_initial:
-                        self.connections.visit(Expressions(self.context, base), section.clauses)
-        self.connections.complete()
-        for component in self.connections.expansion.added:
-            if component.holder.path and component is not component.holder.elements.get(component.name):
-                continue
-            self._collect_component(component)
-        graph = self.context.graph = Graph(self.context, self.connections)
-        streams = self.context.streams = Streams(self.context, self.connections)
-        for component in self.components:
-            self._declaration(component)
-        for instance in self.instances:
-            for base in instance.lineage():
-                for section in self._sections(base):
-                    self._section(base, section)
-        self.found.equations += equations(self.connections, self.flows, graph.is_broken)
-        self.found.asserts += self.connections.asserts()
-        self.found.equations += graph.equations(self.connections)
-        self.found.equations += streams.equations()
-        functions = dict(self.context.functions)
-        self._constants()
+        """The flat model. Raises `ModelicaError` with all errors of the first step that has some."""
+        for step in (self._instantiate, self._connect, self._state):
+            with self.problems.of(self._error):
+                step()
+            self.problems.check()
         connectors = [
             one.name
             for one in self.root.components()
@@ -128,11 +99,57 @@ class _Flattening:
             algorithms=tuple(self.algorithms),
             initial_algorithms=tuple(self.initial_algorithms),
             whens=tuple(self.found.whens),
-            functions=functions,
-            enumerations=self._enumerations(),
+            functions=self.functions,
+            enumerations=dict(self.context.enumerations),
             connectors=tuple(connectors),
             selecting=tuple(self.context.selecting),
         )
+
+    def _error(self, message: str) -> TextError:
+        return self.root.error(self.root.tree.at, message)
+
+    def _instantiate(self) -> None:
+        """Finds the components and connections."""
+        self._check_model()
+        self._collect(self.root)
+        done = 0
+        while done < len(added := list(self.context.added.values())):
+            for component in added[done:]:
+                self._collect_component(component)
+            done = len(added)
+        for base, section in self._sections():
+            if not section.is_algorithm and not section.is_initial:
+                here = Expressions(self.context, base)
+                for clause in section.clauses:
+                    with self.problems.of(ft.partial(here.error, clause.at)):
+                        self.connections.visit(here, (clause,))
+
+    def _connect(self) -> None:
+        """Completes the sets of connected variables."""
+        self.connections.complete()
+        for component in self.connections.expansion.added:
+            if component.holder.path and component is not component.holder.elements.get(component.name):
+                continue
+            self._collect_component(component)
+        self.context.graph = Graph(self.context, self.connections)
+        self.context.streams = Streams(self.context, self.connections)
+
+    def _state(self) -> None:
+        """Makes the variables, equations and algorithms."""
+        for component in self.components:
+            with self.problems.of(component.error):
+                self._declaration(component)
+        for base, section in self._sections():
+            self._section(base, section)
+        graph, streams = self.context.graph, self.context.streams
+        assert graph is not None
+        assert streams is not None
+        self.found.equations += equations(self.connections, self.flows, graph.is_broken)
+        self.found.asserts += self.connections.asserts()
+        self.found.equations += graph.equations(self.connections)
+        self.found.equations += streams.equations()
+        self.functions = dict(self.context.functions)  # without those that only constants need
+        self._constants()
 
     def _constants(self) -> None:
         """Adds the constants of packages that the model reads, which may read others."""
@@ -145,9 +162,6 @@ class _Flattening:
                     self._collect_component(component)
                     for one in self.components:
                         self._declaration(one)
-
-    def _enumerations(self) -> dict[str, int]:
-        return dict(self.context.enumerations)
 
     def _check_model(self) -> None:
         root = self.root
@@ -164,15 +178,20 @@ class _Flattening:
         if root.tree.is_partial:
             raise root.error(root.tree.at, f"the model {self.name} is partial.")
 
-    def _sections(self, base: Instance) -> tuple[t.Section, ...]:
-        return base.tree.body.sections if isinstance(base.tree.body, t.Long) else ()
+    def _sections(self) -> Iterator[tuple[Instance, t.Section]]:
+        """The sections of equations and algorithms, each with its class instance."""
+        for instance in self.instances:
+            for base in instance.lineage():
+                for section in base.tree.body.sections if isinstance(base.tree.body, t.Long) else ():
+                    yield base, section
 
     # Variables
 
     def _collect(self, instance: Instance) -> None:
         self.instances.append(instance)
         for component in instance.components():
-            self._collect_component(component)
+            with self.problems.of(component.error):
+                self._collect_component(component)
 
     def _collect_component(self, component: ComponentElement) -> None:
         if not self.context.is_present(component):
@@ -294,7 +313,15 @@ class _Flattening:
             evaluate=self._evaluates(component),
             is_expandable=_in_connector(component, ("expandable connector",)),
             place=place,
+            stated=self._stated(component, binding) or place,
         )
+
+    def _stated(self, component: ComponentElement, binding: Typed | None) -> SourcePlace | None:
+        """Where the value of a variable, or if it has none its start value, is stated."""
+        if binding is not None:
+            return self.context.stated(component)
+        start = component.prototype.attributes().get("start")
+        return start.binding.place if start is not None and start.binding is not None else None
 
     def _type_name(self, component: ComponentElement) -> str:
         return component.prototype.origin().element.target().path
@@ -366,16 +393,21 @@ class _Flattening:
     def _section(self, base: Instance, section: t.Section) -> None:
         here = Expressions(self.context, base)
         if not section.is_algorithm:
-            wrong = (
-                [x for x in section.clauses if isinstance(x, t.Connect | t.WhenClause)] if section.is_initial else []
-            )
-            if wrong:
-                raise here.error(wrong[0].at, "`connect` and `when` are not allowed in an initial equation section.")
-            Equations(here, self.initial if section.is_initial else self.found).all(section.clauses)
+            equations = Equations(here, self.initial if section.is_initial else self.found)
+            for clause in section.clauses:
+                with self.problems.of(ft.partial(here.error, clause.at)):
+                    if section.is_initial and isinstance(clause, t.Connect | t.WhenClause):
+                        raise here.error(
+                            clause.at, "`connect` and `when` are not allowed in an initial equation section."
+                        )
+                    equations.one(clause)
             return
         if not section.clauses:
             return
-        body = Statements(here, is_initial=section.is_initial).whole(section.clauses)
+        body: e.Body = ()
+        for clause in section.clauses:
+            with self.problems.of(ft.partial(here.error, clause.at)):
+                body += Statements(here, is_initial=section.is_initial).whole((clause,))
         place = base.source.place(section.at)
         outputs = tuple(dict.fromkeys(_targets(body)))
         found = self.initial_algorithms if section.is_initial else self.algorithms

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
+from .._syntax.flat import SourcePlace
 from . import tree as t
 
 if TYPE_CHECKING:
@@ -33,6 +34,10 @@ class Binding:
     def indexed(self, index: Index) -> "Binding":
         """The value for one element of an array of components."""
         return dataclasses.replace(self, indices=(*self.indices, *index))
+
+    @property
+    def place(self) -> SourcePlace:
+        return self.scope.source.place(self.at)
 
     def error(self, message: str) -> "TextError":
         return self.scope.source.error(self.at, message)

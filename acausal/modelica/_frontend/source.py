@@ -1,9 +1,12 @@
 """Texts, places in them, and errors that show a place."""
 
 import bisect
+import contextlib
 import io
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+from ..._errors import ModelError
 from .._errors import ModelicaError
 from .._syntax.flat import SourcePlace
 
@@ -40,8 +43,39 @@ class Source:
         line, column = self.line_and_column(offset)
         lines = list(io.StringIO(self.text))
         shown = lines[line - 1].rstrip("\n").replace("\t", " ") if line <= len(lines) else ""
-        return TextError(f"{self.file}:{line}:{column}: {message}\n  {shown}\n  {' ' * (column - 1)}^")
+        place = f"{self.file}:{line}:{column}"
+        return TextError(place, f"{place}: {message}\n  {shown}\n  {' ' * (column - 1)}^")
 
 
 class TextError(ModelicaError):
-    """An error in a Modelica text. The message begins with file, line and column."""
+    """An error in a Modelica text. The message begins with its place: file, line and column."""
+
+    def __init__(self, place: str, message: str) -> None:
+        super().__init__(message)
+        self.place = place
+
+
+class Problems:
+    """Collects the errors of a model, so that a user sees all of them: one for each place."""
+
+    def __init__(self) -> None:
+        self._found: dict[str, TextError] = {}
+
+    @contextlib.contextmanager
+    def of(self, error: Callable[[str], TextError]) -> Iterator[None]:
+        """Notes the error of a part of the model. `error` gives a place to one without."""
+        try:
+            yield
+        except TextError as found:
+            self._found.setdefault(found.place, found)
+        except ModelicaError:  # of a file or a library
+            raise
+        except ModelError as found:  # of a value on which the structure depends
+            placed = error(str(found))
+            self._found.setdefault(placed.place, placed)
+
+    def check(self) -> None:
+        """Raises `ModelicaError` with all errors, if there are any."""
+        if self._found:
+            first, *others = self._found.values()
+            raise ModelicaError("\n".join(map(str, [first, *others]))) if others else first

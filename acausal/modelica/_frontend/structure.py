@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .._syntax import expressions as e
+from .._syntax.flat import SourcePlace
 from .._translate.evaluate import evaluate
 from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
@@ -322,6 +323,15 @@ class Context:
         if own is None or isinstance(own.expression, t.NoValue):
             return None
         return self.bound(own)
+
+    def stated(self, component: ComponentElement) -> SourcePlace:
+        """Where the value of a component is stated that has one."""
+        own = component.modifier.binding if component.modifier else None
+        record = component.parent
+        if record is not None and (own is None or (not self._has_own(component) and self._from_record(component))):
+            return self.stated(record)
+        assert own is not None
+        return own.place
 
     def _has_own(self, component: ComponentElement) -> bool:
         """Whether a modifier of a record gives the value of its field, with priority over that of the record."""

@@ -8,7 +8,7 @@ from .expressions import Assert, Body, Expression, WhenClause
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class SourcePlace:
-    """A place in the source."""
+    """A place in a Modelica text: the file and the line."""
 
     file: str
     line: int
@@ -41,7 +41,8 @@ class FlatVariable:
     is_overconstrained: bool = False
     evaluate: bool = False
     is_expandable: bool = False  # a member of an expandable connector, which exists only if something uses it
-    place: SourcePlace | None = None
+    place: SourcePlace | None = None  # of the declaration
+    stated: SourcePlace | None = None  # of the modifier, or the declaration, that gives the value or start value
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
