@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .._errors import ModelError
+from .._garbage import seldom_collected
 from ._deep_calls import deep_calls
 from ._errors import ModelicaError
 from ._frontend.stored import stored_model
@@ -31,7 +32,7 @@ def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path
     """
     roots = [roots] if isinstance(roots, str | Path) else roots
     try:
-        with deep_calls():
+        with seldom_collected(), deep_calls():
             return component(stored_model(source, model, roots))
     except ModelicaError:
         raise

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..._declare.by_name import parameters, replace
 from ..._errors import AcausalError
+from ..._garbage import seldom_collected
 from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
 from .._deep_calls import deep_calls
@@ -50,7 +51,7 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
     start = time.monotonic()
     row = Compared(model, "front end")
     try:
-        with deep_calls():
+        with seldom_collected(), deep_calls():
             flat = stored_model("", model, roots)
             row.stage, row.equations = "translation", len(flat.equations)
             made = component(flat)

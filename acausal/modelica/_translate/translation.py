@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import jax.numpy as jnp
+import numpy as np
 
 from .._syntax.flat import FlatEquation, FlatModelica
 from .clocks import Clocked, without_clocks
@@ -19,7 +20,7 @@ from .scope import Scope
 from .semilinear import without_chains
 from .slots import Previous, Slots
 from .tree import attribute_path
-from .values import Value, number
+from .values import Value, number, plain
 from .whens import Lowered, Lowering
 
 INITIAL = "initial_"
@@ -69,8 +70,9 @@ class Translation:
         return self.resolver.term(x, slots), slots.leaves
 
     def value(self, term: Any, values: Sequence[Value]) -> Value:
-        """The value of a term, where truths are numbers."""
-        return number(evaluate(term, Scope(self.known.library, values)))
+        """The value of a term, where truths are numbers, for known values of its slots."""
+        known = [plain(np.asarray(value)) for value in values]
+        return number(evaluate(term, Scope(self.known.library, known)))
 
     def path(self, name: str) -> str:
         """The path of the leaf of a variable."""
@@ -82,4 +84,4 @@ class Translation:
 
 def as_leaf(value: Value) -> Any:
     """A value as the number of a leaf."""
-    return jnp.asarray(value, float)
+    return jnp.asarray(np.asarray(value, float))

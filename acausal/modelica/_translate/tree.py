@@ -54,7 +54,10 @@ def _declaration(leaf: ModelLeaf) -> Declaration:
 
 @dataclasses.dataclass(frozen=True)
 class _Tree:
+    """`classes` are those of the parts, of which equal ones share one."""
+
     ports: Mapping[str, type[Port]]
+    classes: dict[Any, type] = dataclasses.field(default_factory=dict)
 
     def node(self, branch: _Branch, path: str, base: type, name: str, namespace: dict[str, Any]) -> Any:
         declared = {attribute(n): inner.item for n, inner in branch.parts.items() if inner.item is not None}
@@ -65,8 +68,10 @@ class _Tree:
         if path in self.ports:
             return instance(self.ports[path], values)
         leaves = {n: _declaration(leaf) for n, leaf in declared.items()}
-        cls = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
-        return instance(cls, {**values, **parts})
+        key = (base, name, tuple(leaves.items()), tuple(parts))
+        if key not in self.classes:
+            self.classes[key] = node_class(base, name, leaves, {**namespace, "parts": dict.fromkeys(parts)})
+        return instance(self.classes[key], {**values, **parts})
 
     def _part(self, branch: _Branch, path: str, name: str) -> Any:
         if branch.members:
