@@ -58,10 +58,11 @@ MESH = """package Mesh
   model Gates
     Step a(at = 0.3), b[2](at = {0.6, 0.8});
     And first, second, third;
-    In control[2];
-    In off if false;
     Boolean late;
     Real x(start = 0, fixed = true), w(start = 0, fixed = true), z(start = 0, fixed = true);
+  protected
+    In control[2];
+    In off if false;
   equation
     if a.y then
       late = time >= 0.7;

@@ -1,13 +1,13 @@
 """Statements (Modelica 3.6, chapter 11)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 from .._syntax import expressions as e
 from . import references
 from . import tree as t
 from .expressions import Expressions
 from .source import TextError
-from .typed import CONSTANT, NONE, PARAMETER, Typed, accepts, same_dims, written_dims
+from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, Typed, accepts, same_dims, written_dims
 
 
 class NeedsUnrolling(Exception):
@@ -22,10 +22,19 @@ class Statements:
     """Makes statements in a class instance."""
 
     def __init__(
-        self, here: Expressions, *, in_when: bool = False, is_initial: bool = False, in_clause: bool = False
+        self,
+        here: Expressions,
+        *,
+        in_when: bool = False,
+        is_initial: bool = False,
+        in_clause: bool = False,
+        in_loop: bool = False,
+        is_equation: bool = False,
     ) -> None:
         self.here = here
         self.in_clause = in_clause  # of `if`, `for` or `while`
+        self.in_loop = in_loop
+        self.is_equation = is_equation  # of a when-clause
         self.is_initial = is_initial
         self.is_function = here.scope.whole.is_function
         self.in_when = in_when
@@ -53,7 +62,7 @@ class Statements:
                 return self._for(x.iterators, x.body)
             case t.WhileClause():
                 condition = self.here.boolean(x.condition, "the condition of `while`").x
-                return (e.While(condition, self._inside().body(x.body)),)
+                return (e.While(condition, self._inside(in_loop=True).body(x.body)),)
             case t.WhenClause():
                 return (self._when(x),)
             case t.Return():
@@ -61,6 +70,8 @@ class Statements:
                     raise self.here.error(x.at, "`return` is allowed in functions only.")
                 return (e.Return(),)
             case t.Break():
+                if not self.in_loop:
+                    raise self.here.error(x.at, "`break` is allowed in `for` and `while` only.")
                 return (e.BreakStatement(),)
         raise self.here.error(x.at, "an equation is not allowed in an algorithm.")
 
@@ -85,6 +96,7 @@ class Statements:
             from .calls import converted_to
 
             value = converted_to(self.here, wanted.type, value, x.at) or value
+        check_discrete(self.here, x.left, wanted, value, is_when=self.in_when or self.is_function)
         return e.Assign((target,), value.x)
 
     def target(self, left: t.Expression, value: Typed, right: t.Expression | None = None) -> e.Target:
@@ -150,8 +162,8 @@ class Statements:
         return e.Assign((), found.x) if found.type == NONE else e.Assign((None,) * max(len(found.results), 1), found.x)
 
     def _reinit(self, call: t.Call) -> e.Statement:
-        if not self.in_when:
-            raise self.here.error(call.at, "`reinit` is allowed in when-clauses only.")
+        if not self.is_equation:
+            raise self.here.error(call.at, "`reinit` is allowed in equations of when-clauses only.")
         state = self.here.single(_argument(self.here, call, ("x", "expr"), 0))
         value = self.here.single(_argument(self.here, call, ("x", "expr"), 1))
         if not isinstance(state.x, e.Ref) or state.type.name != "Real" or state.variability < 3:
@@ -195,11 +207,17 @@ class Statements:
         return tuple(found)
 
     def _knowing(self, name: str, value: Typed) -> "Statements":
-        return self._inside(self.here.knowing({name: value}))
+        return self._inside(self.here.knowing({name: value}), in_loop=True)
 
-    def _inside(self, here: Expressions | None = None) -> "Statements":
+    def _inside(self, here: Expressions | None = None, *, in_loop: bool = False) -> "Statements":
         """Statements in a clause."""
-        return Statements(here or self.here, in_when=self.in_when, is_initial=self.is_initial, in_clause=True)
+        return Statements(
+            here or self.here,
+            in_when=self.in_when,
+            is_initial=self.is_initial,
+            in_clause=True,
+            in_loop=in_loop or self.in_loop,
+        )
 
     def _when(self, x: t.WhenClause) -> e.Statement:
         if self.is_function:
@@ -208,24 +226,52 @@ class Statements:
             raise self.here.error(x.at, "`when` is not allowed in `when`.")
         if self.in_clause or self.is_initial:
             raise self.here.error(x.at, "`when` is not allowed in an initial section, nor in `if`, `for` or `while`.")
-        inner = Statements(self.here, in_when=True)
-        return e.WhenClause(tuple((when_condition(self.here, c), inner.body(body)) for c, body in x.branches))
+        inner = Statements(self.here.within_when(), in_when=True)
+        blocks = tuple((when_condition(self.here, c, ("Boolean",)), inner.body(body)) for c, body in x.branches)
+        return e.WhenClause(blocks)
 
 
-def when_condition(here: Expressions, condition: t.Expression) -> e.Expression:
-    """The condition of a when-clause: a truth, a vector of them, or a clock."""
+def when_condition(here: Expressions, condition: t.Expression, kinds: Sequence[str]) -> e.Expression:
+    """The condition of a when-clause: a discrete truth, a vector of them, or a clock, as far as `kinds` has it."""
     found = here.single(condition)
-    if found.type.name not in ("Boolean", "Clock") or len(found.dims) > 1:
-        raise here.error(condition.at, f"the condition of `when` must be Boolean, not of type {found.type}.")
+    if found.type.name not in kinds or len(found.dims) > 1:
+        what = " or a clock" * ("Clock" in kinds)
+        raise here.error(condition.at, f"the condition of `when` must be Boolean{what}, not of type {found.type}.")
+    if found.variability > DISCRETE:
+        raise here.error(
+            condition.at, "the condition of `when` must be discrete, as relations outside of `noEvent` are."
+        )
     return found.x
+
+
+def check_discrete(here: Expressions, left: t.Expression, wanted: Typed, value: Typed, *, is_when: bool) -> None:
+    """Raises `TextError` for a discrete variable that gets a continuous value outside of `when` (section 3.8.5)."""
+    is_discrete = wanted.variability == DISCRETE or wanted.type.name not in ("Real", "record", "any")
+    if is_discrete and value.variability > DISCRETE and not is_when:
+        raise here.error(left.at, "this variable is discrete, and outside of `when` its value cannot be continuous.")
+
+
+def targets(body: e.Body) -> Iterator[e.Target]:
+    """The variables that statements assign."""
+    for statement in body:
+        match statement:
+            case e.Assign():
+                yield from (one for one in statement.targets if one is not None)
+            case e.IfStatement():
+                for _, inner in statement.blocks:
+                    yield from targets(inner)
+                yield from targets(statement.otherwise)
+            case e.For() | e.While():
+                yield from targets(statement.body)
+            case e.WhenClause():
+                for _, inner in statement.blocks:
+                    yield from targets(inner)
 
 
 def assertion(here: Expressions, call: t.Call) -> e.Assert:
     names = ("condition", "message", "level")
-    condition = here.single(_argument(here, call, names, 0))
+    condition = here.boolean(_argument(here, call, names, 0), "the condition of `assert`")
     message = here.single(_argument(here, call, names, 1))
-    if condition.type.name != "Boolean" or condition.dims:
-        raise here.error(call.at, f"the condition of `assert` must be Boolean, not of type {condition.type}.")
     if message.type.name != "String":
         raise here.error(call.at, f"the message of `assert` must be a String, not of type {message.type}.")
     is_warning = False

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .._syntax import expressions as e
 from .._translate.scope import NotKnown
 from . import references
@@ -13,6 +15,8 @@ from .typed import (
     BOOLEAN,
     CLOCK,
     CONSTANT,
+    CONTINUOUS,
+    DISCRETE,
     INTEGER,
     PARAMETER,
     REAL,
@@ -45,6 +49,12 @@ _NAMES = {
     "rem": ("x", "y"), "atan2": ("u1", "u2"), "linspace": ("x1", "x2", "n"), "cross": ("x", "y"),
     "spatialDistribution": ("in0", "in1", "x", "positiveVelocity", "initialPoints", "initialValues"),
 }  # fmt: skip
+_TEXT = {"significantDigits": "Integer", "minimumLength": "Integer", "leftJustified": "Boolean", "format": "String"}
+_OUTSIDE_FUNCTIONS = (
+    "der", "pre", "edge", "change", "previous", "initial", "terminal", "sample", "delay", "hold", "noClock",
+    "subSample", "superSample", "shiftSample", "backSample", "interval", "firstTick", "inStream", "actualStream",
+    "cardinality", "isRoot", "rooted",
+)  # fmt: skip
 _REAL = "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split()
 
 
@@ -54,6 +64,8 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     for key, value in x.named:
         names = _NAMES.get(name, ("x",))
         if name in ("String", "Clock"):
+            if name == "String" and key not in _TEXT:
+                raise here.error(value.at, f"`String` has no argument {key}.")
             given.append(value)
             continue
         if key not in names or names.index(key) < len(x.args):
@@ -64,6 +76,8 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     if name == "size" and len(given) in (1, 2):
         return _size(here, x, given)
     args = [here.single(arg) for arg in given]
+    if name in _OUTSIDE_FUNCTIONS and here.scope.whole.is_function:
+        raise here.error(x.at, f"`{name}` is not allowed in functions.")
     low, high, handler = FUNCTIONS[name]
     if not low <= len(args) <= high:
         raise here.error(
@@ -115,10 +129,14 @@ def _discrete(found: Typed, is_discrete: bool) -> Typed:
 def _same(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """A function whose value has the type of its first argument."""
     if name == "pure":
+        if not isinstance(x.args[0], t.Call):
+            raise here.error(x.at, "`pure` needs the call of a function.")
         return args[0]
     if name == "abs":
         _need(here, name, x, args[0])
-    return _made(name, args, args[0].type, args[0].dims)
+    # What is inside `noEvent` is continuous, also if it is a relation (section 3.8.5).
+    varies = args[0].variability > PARAMETER and name == "noEvent"
+    return _made(name, args, args[0].type, args[0].dims, CONTINUOUS if varies else None)
 
 
 def _rounded(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
@@ -139,6 +157,8 @@ def _extreme(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     if len(args) == 1:
         if not args[0].dims or kind == STRING:
             raise here.error(x.at, f"`{name}` of one argument needs an array of numbers.")
+        if 0 in args[0].dims:
+            return _extreme_of_none(here, name, kind)
         return _made(name, args, kind)
     both = common(kind, args[1].type)
     if both is None or args[0].dims or args[1].dims or both == STRING:
@@ -146,10 +166,22 @@ def _extreme(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     return _made(name, args, both)
 
 
+def _extreme_of_none(here: "Expressions", name: str, kind: Type) -> Typed:
+    """The least or greatest element of an empty array: the greatest or least value of its type."""
+    if kind.name == "enumeration" and kind.instance is not None:
+        return references.literal(here, kind.instance, len(kind.instance.literals or ()) if name == "min" else 1)
+    if kind == BOOLEAN:
+        return constant(name == "min")
+    limits = np.iinfo(np.int32) if kind == INTEGER else np.finfo(float)
+    return constant((int if kind == INTEGER else float)(limits.max if name == "min" else limits.min))
+
+
 def _total(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     if args[0].type.name == "record":
         return _record_total(here, name, x, args[0])
     _need(here, name, x, args[0])
+    if not args[0].dims:
+        raise here.error(x.at, f"`{name}` needs an array, not a scalar.")
     return _made(name, args, args[0].type if args[0].type != ANY else REAL)
 
 
@@ -220,6 +252,8 @@ def _count(here: "Expressions", arg: Typed, x: t.Call) -> int | None:
     if arg.type != INTEGER or arg.dims:
         raise here.error(x.at, f"a size must be an Integer, not of type {arg.type}.")
     if arg.variability > PARAMETER:
+        if not here.scope.whole.is_local and not here.names:
+            raise here.error(x.at, f"a size of `{x.function}` must be a constant or parameter, and not vary.")
         return None
     try:
         size = int(here.context.value(arg.x))
@@ -276,6 +310,8 @@ def _outer(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _symmetric(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     _need(here, name, x, args[0], ranks=(2,))
+    if not same_dims(args[0].dims[:1], args[0].dims[1:]):
+        raise here.error(x.at, "`symmetric` needs a square matrix.")
     return _made(name, args, args[0].type, args[0].dims)
 
 
@@ -333,10 +369,10 @@ def _cat(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _derivative(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     arg = args[0]
-    if here.scope.whole.is_function:
-        raise here.error(x.at, "`der` is not allowed in functions.")
     if not arg.type.is_numeric:
         raise here.error(x.at, f"`der` needs a Real, not a value of type {arg.type}.")
+    if arg.variability == DISCRETE or (arg.type == INTEGER and arg.variability > PARAMETER):
+        raise here.error(x.at, "`der` needs a continuous value: this one is discrete, and has no derivative.")
     if arg.variability <= PARAMETER:
         return (
             _made("zeros", [constant(n or 0) for n in arg.dims], REAL, arg.dims, CONSTANT)
@@ -359,12 +395,12 @@ def _each(arg: Typed, change: Callable[[e.Expression], e.Expression], kind: Type
 
 def _previous(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """`pre`, `edge`, `change` and `previous`."""
-    if here.scope.whole.is_function:
-        raise here.error(x.at, f"`{name}` is not allowed in functions.")
     if not isinstance(x.args[0] if x.args else x.named[0][1], t.Reference):
         raise here.error(x.at, f"`{name}` needs a variable.")
     if name == "edge" and args[0].type != BOOLEAN:
         raise here.error(x.at, f"`edge` needs a Boolean, not a value of type {args[0].type}.")
+    if args[0].variability > DISCRETE and name != "previous" and not here.in_when:
+        raise here.error(x.at, f"`{name}` of a continuous variable is allowed in the body of `when` only.")
     if args[0].variability <= PARAMETER and name == "pre":
         return args[0]
     kind = args[0].type if name in ("pre", "previous") else BOOLEAN
@@ -373,14 +409,10 @@ def _previous(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _truth(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """`initial` and `terminal`."""
-    if here.scope.whole.is_function:
-        raise here.error(x.at, f"`{name}` is not allowed in functions.")
     return Typed(e.Builtin(_title(name), ()), BOOLEAN, (), 2)
 
 
 def _sample(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
-    if here.scope.whole.is_function:
-        raise here.error(x.at, "`sample` is not allowed in functions.")
     if len(args) == 1 or args[1].type == CLOCK:
         return _made(name, args, args[0].type, args[0].dims, 2)
     for arg in args:
@@ -417,14 +449,17 @@ def _semilinear(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 
 def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
-    if here.scope.whole.is_function:
-        raise here.error(x.at, "`delay` is not allowed in functions.")
     return _made(name, args, args[0].type, args[0].dims, args[0].variability)
 
 
 def _text(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     if args[0].dims or args[0].type.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
         raise here.error(x.at, f"`String` needs a scalar, not a value of type {args[0].type}.")
+    if len(x.args) > 1:
+        raise here.error(x.args[1].at, "the further arguments of `String` need their names, as in `format = ...`.")
+    for (key, value), arg in zip(x.named, args[len(x.args) :], strict=True):
+        if arg.type.name != _TEXT[key] or arg.dims:
+            raise here.error(value.at, f"the argument {key} of `String` must be of type {_TEXT[key]}, not {arg.type}.")
     variability = max(arg.variability for arg in args)
     if args[0].type.name == "enumeration":
         return Typed(_literal_name(args[0]), STRING, (), variability)
@@ -445,8 +480,6 @@ def _clock(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _clocked(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """Operators of clocked partitions whose value has the type of their first argument."""
-    if here.scope.whole.is_function:
-        raise here.error(x.at, f"`{name}` is not allowed in functions.")
     return _made(name, args, args[0].type, args[0].dims, 2)
 
 
@@ -456,8 +489,6 @@ def _tick(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _stream(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """`inStream` and `actualStream`, which `streams.py` replaces."""
-    if here.scope.whole.is_function:
-        raise here.error(x.at, f"`{name}` is not allowed in functions.")
     ref = x.args[0]
     found = references.find(here, ref) if isinstance(ref, t.Reference) else None
     if not isinstance(found, references.Chain) or found.last.connection != "stream":
@@ -482,6 +513,8 @@ def _stream(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 def _cardinality(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """The number of connections of a connector (section 3.7.4.3, deprecated)."""
     connections = here.context.connections
+    if not here.in_condition:
+        raise here.error(x.at, "`cardinality` is allowed in conditions of `if` and in assertions only.")
     if connections is None or not isinstance(args[0].x, e.Ref):
         raise here.error(x.at, "`cardinality` needs a connector.")
     return constant(connections.counts.get(args[0].x.name, 0))
@@ -538,23 +571,24 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
     """An array with iterators, or its sum, product, least or greatest element (sections 10.3.4.1 and 10.4.1)."""
     name = str(x.function)
     if name not in ("array", "sum", "product", "min", "max"):
-        return _function_reduction(here, x)
+        raise here.error(x.at, f"{x.function} cannot reduce an array; only sum, product, min and max can.")
+    if len(x.iterators) > 1 and name != "array":
+        # The ranges of the iterators may depend on those behind them.
+        inner = t.Reduction(x.function, x.body, x.iterators[:-1], x.at)
+        return reduction(here, t.Reduction(x.function, inner, x.iterators[-1:], x.at))
     found = _comprehension(here, x)
     if name == "array":
         return found
     if name in ("sum", "product") and not found.type.is_numeric and found.type.name not in ("record", "any"):
         raise here.error(x.at, f"`{name}` needs numbers, not values of type {found.type}.")
-    if name in ("min", "max") and (len(found.dims) > 1 or found.type == STRING):
-        raise here.error(
-            x.at, f"`{name}` needs scalars, not values of type {found.type} with {len(found.dims)} dimensions."
-        )
+    rank = len(found.dims) - 1
+    if (name != "sum" and rank) or (name in ("min", "max") and found.type == STRING):
+        raise here.error(x.at, f"`{name}` needs scalars, not values of type {found.type} with {rank} dimensions.")
     if found.type.name == "record":
         return _record_total(here, name, t.Call(x.function, (x.body,), (), x.at), found)
+    if name in ("min", "max"):
+        return _extreme(here, name, t.Call(x.function, (x.body,), (), x.at), [found])
     return _made(name, [found], REAL if found.type == ANY else found.type)
-
-
-def _function_reduction(here: "Expressions", x: t.Reduction) -> Typed:
-    raise here.error(x.at, f"{x.function} cannot reduce an array; only sum, product, min and max can.")
 
 
 def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:
@@ -571,7 +605,8 @@ def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:
 
     if values is not None and not (is_function and len(values) > 20):
         if not values:
-            return Typed(e.ArrayOf((), "array"), ANY, (0,), CONSTANT)
+            kind, _ = of({last.name: Typed(e.Ref(last.name), whole.type, (), CONSTANT)})
+            return Typed(e.ArrayOf((), "array"), kind.type, (0, *kind.dims), CONSTANT)
         return here.array([of({last.name: value}) for value in values])
     made, _ = of({last.name: Typed(e.Ref(last.name), whole.type)})
     return Typed(

@@ -19,6 +19,7 @@ from .typed import (
     Typed,
     accepts,
     is_external_object,
+    limited,
     same_dims,
     type_of,
     written_dims,
@@ -40,7 +41,7 @@ def callee(here: "Expressions", function: t.Reference) -> ClassElement | Typed:
     """The function that a reference names; an expression, if it is an argument of the function around."""
     if len(function.parts) == 1 and function.parts[0].name in here.names:
         return here.names[function.parts[0].name]
-    found = references.find(here, function)
+    found = references.find(here, function, is_call=True)
     if isinstance(found, references.Chain) and type_of(found.last.prototype).name == "function":
         found = Typed(e.Ref(found.last.name), type_of(found.last.prototype))
     if not isinstance(found, ClassElement | Typed):
@@ -58,9 +59,11 @@ def call_of(here: "Expressions", element: ClassElement, x: t.Call) -> Typed:
     if is_external_object(instance):
         return _object(here, instance, x)
     if instance.kind == "operator":
-        return _chosen(here, instance, x)
+        return _fitting(here, functions_in(instance), f"function of the operator {instance.name}", x)
     if instance.literals is not None:
         return _enumeration(here, instance, x)
+    if instance.encloser is not None and is_external_object(instance.encloser):
+        raise here.error(x.at, f"{instance.name} of an external object cannot be called by itself.")
     if not instance.is_function:
         raise here.error(x.at, f"{instance.name} is a {instance.kind}, not a function.")
     if instance.tree.is_partial and not instance.tree.is_replaceable:
@@ -132,6 +135,7 @@ def _result(
     found: e.FunctionCall,
 ) -> Typed:
     kind = type_of(output.prototype)
+    variability = limited(variability, kind)
     known = tuple(here.context.sizes(output))
     if None in known:
         known = tuple(here.context.sizes_with(output, given))
@@ -256,6 +260,9 @@ def _default(here: "Expressions", instance: Instance, formal: ComponentElement, 
     value = here.context.default(formal, given)
     if value is None:
         raise formal.error(f"the input {formal.name} of {instance.name} has no default.")
+    binding = formal.modifier.binding if formal.modifier else None
+    if binding is not None and "time" in names_of(binding.expression):
+        raise binding.error("`time` is not allowed in functions.")
     return value
 
 
@@ -368,11 +375,7 @@ def operators(instance: Instance, name: str) -> list[Instance]:
     if not isinstance(found, ClassElement):
         return []
     inner = found.instance
-    if inner.is_function:
-        return [inner]
-    return [
-        one.instance for one in inner.elements.values() if isinstance(one, ClassElement) and one.instance.is_function
-    ]
+    return [inner] if inner.is_function else functions_in(inner)
 
 
 def of_class(instance: Instance) -> Instance:
@@ -381,25 +384,31 @@ def of_class(instance: Instance) -> Instance:
 
 
 def _overloaded(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
-    """The constructor of an operator record that fits the arguments, or that of its fields."""
-    for function in operators(instance, "'constructor'"):
+    """The constructor of an operator record that fits the arguments; it has no other ones then (section 14.3)."""
+    functions = operators(instance, "'constructor'")
+    for function in functions:
+        outputs = [one for one in function.components() if one.causality == "output"]
+        if len(outputs) != 1 or outputs[0].type.target().tree is not of_class(instance).tree:
+            raise function.error(
+                function.tree.at, f"the constructor {function.name} must have one output, of type {instance.name}."
+            )
+    return _fitting(here, functions, f"constructor of {instance.name}", x)
+
+
+def _fitting(here: "Expressions", functions: Sequence[Instance], what: str, x: t.Call) -> Typed:
+    """The call of the one function that fits the arguments."""
+    errors: list[TextError] = []
+    for function in functions:
         try:
             return _function(here, function, x)
-        except TextError:
-            continue
-    return _record(here, instance, x)
+        except TextError as error:
+            errors.append(error)
+    if len(errors) == 1:
+        raise errors[0]
+    raise here.error(x.at, f"no {what} fits these arguments.")
 
 
-def _chosen(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
-    for function in operators_in(instance):
-        try:
-            return _function(here, function, x)
-        except TextError:
-            continue
-    raise here.error(x.at, f"no function of the operator {instance.name} fits these arguments.")
-
-
-def operators_in(instance: Instance) -> list[Instance]:
+def functions_in(instance: Instance) -> list[Instance]:
     return [
         one.instance for one in instance.elements.values() if isinstance(one, ClassElement) and one.instance.is_function
     ]

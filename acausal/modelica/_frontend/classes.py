@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..._errors import suggestion
 from .._errors import ModelicaError
+from . import restrictions
 from . import tree as t
 from .library import Definition, Libraries
 from .modifiers import Index, Modifier, Redeclaration, connection_text, merged, modifier_of
@@ -99,7 +100,7 @@ class ClassElement:
             return self
         self._pending = True
         try:
-            found = self.definition_scope.find_class(body.type).target()
+            found = self.definition_scope.find_class(body.type, self.definition.source).target()
         finally:
             self._pending = False
         return found if found.tree.kind == self.tree.kind and not self.extended else self
@@ -109,6 +110,25 @@ class ClassElement:
         constraint, scope = original.tree.constraint, original.definition_scope
         wanted = scope.find_class(constraint.type, original.definition.source) if constraint else original
         _check_subtype(self.instance, wanted.instance, lambda text: self.definition.source.error(self.tree.at, text))
+
+    @property
+    def is_partial(self) -> bool:
+        found = self.target()
+        is_short = isinstance(found.tree.body, t.Short)
+        return found.tree.is_partial or (is_short and found.instance.bases[0].element.is_partial)
+
+    def check_inside(self, user: "Instance | Top", source: Source, at: int) -> None:
+        """Raises `TextError` for a name in a partial class from outside of it in a model (section 5.3.2)."""
+        if not self.is_partial:
+            return
+        here = user if isinstance(user, Instance) else None
+        while here is not None:
+            if here.whole.is_class and not here.is_function:
+                return  # a class that is no part of the model, such as a constraint
+            if any(base.tree is self.tree for base in here.lineage()):
+                return
+            here = here.encloser
+        raise source.error(at, f"{self.name} is partial, and names in it cannot be used from outside.")
 
     @property
     def definition_scope(self) -> "Instance | Top":
@@ -154,6 +174,7 @@ class Instance:
         self._classes: dict[str, ClassElement] = {}
         self.type: Type | None = None  # found by typed.py
         self.is_class = False  # a package or function, not the type of a component
+        self.is_hidden = False  # a protected base class, or base class of one
 
     # The names of a class
 
@@ -175,6 +196,11 @@ class Instance:
     @property
     def is_function(self) -> bool:
         return self.kind in ("function", "operator function")
+
+    @property
+    def is_local(self) -> bool:
+        """Whether it is no part of the model: a class itself, or the type of a variable of a function."""
+        return self.is_class or (self.component is not None and self.component.is_local)
 
     @property
     def kind(self) -> str:
@@ -288,11 +314,19 @@ class Instance:
             if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
                 return
             raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
+        if tree.is_outer and not tree.is_inner and (outer.redeclaration or outer.binding or outer.elements):
+            raise outer.error(f"the modifier changes {name}, which is outer.")
+        if redeclaration and isinstance(tree, t.Component) and tree.variability == "constant":
+            raise outer.error(f"{name} is a constant, and cannot be redeclared.")
         if outer.redeclaration and tree.is_final:
             raise outer.error(f"{name} cannot be redeclared, because it is final.")
         if tree.is_final and (outer.binding or outer.elements):
             raise outer.error(f"the modifier changes {name}, which is final.")
-        if tree.is_protected and outer.scope.whole is not self.whole and _is_outside(outer.scope, self):
+        if (
+            (tree.is_protected or self.is_hidden)
+            and outer.scope.whole is not self.whole
+            and _is_outside(outer.scope, self)
+        ):
             raise outer.error(f"the modifier changes {name}, which is protected.")
 
     def _is_restricted(self, tree: t.Component, redeclaration: Redeclaration) -> bool:
@@ -320,6 +354,11 @@ class Instance:
         new = redeclaration.element
         if isinstance(new, t.Class):
             raise outer.error(f"{tree.name} is a component, and cannot be redeclared as a class.")
+        for prefix in ("connection", "causality", "variability"):
+            before, after = getattr(tree, prefix), getattr(new, prefix)
+            is_less = prefix == "variability" and _VARIABILITIES[after] <= _VARIABILITIES[before]
+            if before and after and after != before and not is_less:
+                raise outer.error(f"{tree.name} is declared {before}, and cannot become {after}.")
         constraint = _constraint_modifier(tree, self)
         if constraint is None and tree.constraint is None:
             constraint = own
@@ -332,6 +371,9 @@ class Instance:
         if self.level > _DEPTH:
             raise self.error(self.tree.at, f"{self.name} extends itself.")
         body = self.tree.body
+        if self.source is not _PREDEFINED and self.tree not in self.top.checked:
+            self.top.checked.add(self.tree)
+            restrictions.check(self.tree, self.source)
         found = dict(self.own)
         if isinstance(body, t.Long):
             self._inherit_all(body, found)
@@ -373,10 +415,14 @@ class Instance:
                 if self.element.extended is None and base.definition.tree is self.tree:
                     raise self.error(element.at, f"{self.name} extends itself.")
                 modifier = modifier_of(element.modification, self)
-                self._inherit(base, modifier, element.at, found, redeclared)
+                self._inherit(base, modifier, element.at, found, redeclared, is_protected=element.is_protected)
+                restrictions.check_base(self.tree, self._bases[-1], self.source, element.at)
                 if element.is_protected:
                     for inherited in self._bases[-1].elements.values():
                         inherited.is_protected = True
+                first = element.type.parts[0]
+                if first in found and first not in self.own and not element.type.is_global:
+                    raise self.error(element.at, f"{self.name} inherits {first}, which is not the one that it extends.")
         for name, modifier in redeclared.items():
             if name not in found:
                 raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
@@ -402,6 +448,8 @@ class Instance:
         at: int,
         found: "dict[str, ClassElement | ComponentElement]",
         redeclared: dict[str, Modifier] | None = None,
+        *,
+        is_protected: bool = False,
     ) -> None:
         own = modifier
         if redeclared:
@@ -410,6 +458,7 @@ class Instance:
         if outer is not None:
             outer = dataclasses.replace(outer, binding=None, redeclaration=None, breaks=frozenset())
         instance = Instance(base, merged(merged(outer, own), base.modifier), self.path, self.component, self)
+        instance.is_hidden = self.is_hidden or is_protected
         self._bases.append(instance)
         self._base_at.append(at)
         inherited = instance.elements
@@ -433,6 +482,8 @@ class Instance:
         elif self.literals is not None:
             known = ATTRIBUTES["enumeration"]
         for name, inner in modifier.elements.items():
+            if known is not found and inner.redeclaration is not None:
+                raise inner.error(f"{name} is an attribute, and cannot be redeclared.")
             if name not in known:
                 raise inner.error(f"{self.name} has no element {name} to modify.{suggestion(name, list(known))}")
 
@@ -466,12 +517,14 @@ class Instance:
             if isinstance(self.tree.body, t.Short) or base.builtin or base.literals is not None:
                 yield from base.type_dims()
 
-    def type_causality(self) -> str:
-        """The prefix `input` or `output` of a short definition."""
+    def type_causality(self) -> "Iterator[str]":
+        """The prefixes `input` and `output` of short definitions, the outermost one first."""
         body = self.tree.body
-        if isinstance(body, t.Short):
-            return body.causality or self.bases[0].type_causality()
-        return next((base.type_causality() for base in self.bases if base.builtin), "")
+        if isinstance(body, t.Short) and body.causality:
+            yield body.causality
+        for base in self.bases:
+            if isinstance(body, t.Short) or base.builtin:
+                yield from base.type_causality()
 
     def origin(self) -> "Instance":
         """The class that a chain of short definitions names in the end."""
@@ -534,18 +587,22 @@ class Instance:
     def _imported_as(self, name: str) -> "ClassElement | ComponentElement | None":
         body = self.tree.body
         imports = [x for x in body.elements if isinstance(x, t.Import)] if isinstance(body, t.Long) else []
-        for clause in imports:
-            if clause.names is not None and name in clause.names:
-                parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
-                return self.top.find_path(parts, self, clause.at)
+        named = [one for one in imports if one.names is not None and name in one.names]
+        if len(named) > 1:
+            raise self.error(named[1].at, f"{self.name} imports {name} twice.")
+        for clause in named:
+            parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
+            return self.top.find_path(parts, self, clause.at)
+        several: list[ClassElement | ComponentElement] = []
         for clause in imports:
             if clause.names is None:
                 package = self.top.find_path(clause.name.parts, self, clause.at)
-                if isinstance(package, ClassElement):
-                    found = package.instance.elements.get(name)
-                    if found is not None and not found.is_protected:
-                        return found
-        return None
+                found = package.instance.elements.get(name) if isinstance(package, ClassElement) else None
+                if found is not None and not found.is_protected:
+                    several.append(found)
+                    if several[0].tree is not found.tree:
+                        raise self.error(clause.at, f"{name} is in several packages from which {self.name} imports.")
+        return several[0] if several else None
 
     def find_class(self, name: t.Name, source: Source | None = None, *, is_base: bool = False) -> ClassElement:
         """The class that a name means. Raises `TextError`."""
@@ -556,7 +613,7 @@ class Instance:
         found = self.top.find(name.parts[0]) if name.is_global else self.find(name.parts[0], is_base=is_base)
         if found is None:
             raise self.top.unknown(name.parts, self, name.at, f"there is no class {name}", source)
-        found = inside(found, name.parts, source, name.at)
+        found = inside(found, name.parts, source, name.at, self, is_base=is_base)
         if found.tree.is_outer:
             return self.inner_class(found)
         if not self._pending and self.modifier is None:
@@ -565,11 +622,16 @@ class Instance:
 
     def inner_class(self, found: ClassElement) -> ClassElement:
         """The inner class of an outer one (section 5.4); the outer one itself if there is none."""
+        body = found.tree.body
+        if isinstance(body, t.Short) and body.modification is not None:
+            raise found.definition.source.error(found.tree.at, f"{found.name} is outer, and cannot have modifiers.")
         around = found.holder.component if found.holder else None
         while around is not None:
             inner = around.holder.whole.elements.get(found.name)
             if isinstance(inner, ClassElement) and inner.tree.is_inner:
                 return inner
+            if isinstance(inner, ComponentElement) and inner.is_inner:
+                raise inner.error(f"{found.name} is an inner component, but the outer element is a class.")
             around = around.parent
         return found
 
@@ -577,13 +639,28 @@ class Instance:
         return f"<{self.name} at {self.path}>"
 
 
-def inside(found: "ClassElement | ComponentElement", parts: tuple[str, ...], source: Source, at: int) -> "ClassElement":
-    """The class with the further parts of a name."""
-    for i, part in enumerate(parts[1:], 1):
+def inside(
+    found: "ClassElement | ComponentElement",
+    parts: tuple[str, ...],
+    source: Source,
+    at: int,
+    user: "Instance | Top",
+    *,
+    is_base: bool = False,
+) -> "ClassElement":
+    """The class with the further parts of a name. `is_base`: that of a base class, which must not be replaceable."""
+    for i, part in enumerate((*parts[1:], ""), 1):
         if isinstance(found, ComponentElement):
             raise source.error(at, f"{'.'.join(parts[:i])} is a component, not a class or package.")
+        if is_base and found.tree.is_replaceable:
+            raise source.error(at, f"{'.'.join(parts[:i])} is replaceable, and cannot be extended (section 7.1.4).")
+        if not part:
+            break
         instance = found.instance
+        found.check_inside(user, source, at)
         inner = instance.elements.get(part)
+        if inner is not None and inner.is_protected:
+            raise source.error(at, f"{part} is protected in {'.'.join(parts[:i])}, and not accessible from outside.")
         if inner is None:
             raise source.error(
                 at, f"{'.'.join(parts[:i])} has no class {part}.{suggestion(part, list(instance.elements))}"
@@ -696,8 +773,13 @@ class ComponentElement:
 
     @property
     def causality(self) -> str:
-        own = self.prefix("causality") or self.prototype.type_causality()
-        return own or (self.parent.causality if self.parent is not None else "")
+        return next(self.causalities(), "") or (self.parent.causality if self.parent is not None else "")
+
+    def causalities(self) -> Iterator[str]:
+        """The prefixes `input` and `output` of the declaration and of its type."""
+        if own := self.prefix("causality"):
+            yield own
+        yield from self.prototype.type_causality()
 
     @property
     def connection(self) -> str:
@@ -727,6 +809,7 @@ class Top:
     def __init__(self, libraries: Libraries) -> None:
         self.libraries = libraries
         self.root: Instance | None = None
+        self.checked: set[t.Class] = set()  # against the restrictions of their kind
         self._found: dict[str, ClassElement | None] = {}
         for tree in parse(_PREDEFINED).classes:
             definition = Definition(tree, _PREDEFINED)
@@ -748,7 +831,7 @@ class Top:
         found = self.find(name.parts[0])
         if found is None:
             raise source.error(name.at, f"there is no class {name}.")
-        return inside(found, name.parts, source, name.at)
+        return inside(found, name.parts, source, name.at, self)
 
     def find_path(self, parts: tuple[str, ...], user: Instance, at: int) -> "ClassElement | ComponentElement":
         """A class or constant by its full name, which `user` imports. Raises `TextError`."""
@@ -759,6 +842,8 @@ class Top:
             inner = found.instance.elements.get(part) if isinstance(found, ClassElement) else None
             if inner is None:
                 raise user.error(at, f"{'.'.join(parts[:i])} has no {part} to import.")
+            if inner.is_protected:
+                raise user.error(at, f"{part} is protected in {'.'.join(parts[:i])}, and cannot be imported.")
             found = inner
         return found
 
@@ -840,12 +925,23 @@ def _at(element: ClassElement | ComponentElement) -> int:
 
 def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentElement) -> bool:
     """Whether two elements of one name are the same, as two base classes may have them."""
+    if not _have_one_text(_values(a.modifier), _values(b.modifier)):
+        return False
     if a.tree is b.tree:
         return True
     if isinstance(a, ClassElement) or isinstance(b, ClassElement):
         return _have_one_text(a.tree, b.tree)
     same = a.type.definition.tree is b.type.definition.tree or a.type.path == b.type.path
     return same and all(a.prefix(name) == b.prefix(name) for name in ("variability", "causality", "connection"))
+
+
+def _values(modifier: Modifier | None) -> tuple[object, ...]:
+    """The values in a modifier, by the names of their elements."""
+    if modifier is None:
+        return ()
+    own = () if modifier.binding is None else (modifier.binding.expression,)
+    inner = [(name, _values(modifier.elements[name])) for name in sorted(modifier.elements)]
+    return (*own, *((name, value) for name, value in inner if value))
 
 
 def _have_one_text(a: object, b: object) -> bool:

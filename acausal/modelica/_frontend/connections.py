@@ -59,6 +59,7 @@ class Pair:
     dims: Index
     kind: str  # "", "flow" or "stream"
     place: SourcePlace
+    error: "Callable[[str], TextError]" = dataclasses.field(compare=False)
 
 
 class Sets:
@@ -223,6 +224,10 @@ class Connections:
         around = [one.prototype.kind for one in found.components[:-1]]
         if not _is_connector(found.last) and "expandable connector" not in around:
             raise here.error(x.at, f"{x} is a {found.last.prototype.kind}, not a connector.")
+        if any(not kind.endswith("connector") for kind in around[1:]):
+            raise here.error(
+                x.at, f"{x} is inside of a part of {found.components[0].name}, and cannot be connected here."
+            )
 
     def _members(
         self, here: Expressions, component: ComponentElement, part: t.Part, dims: list[int]
@@ -312,6 +317,11 @@ class Connections:
             raise error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
         if own.connection != other.connection:
             raise error(f"{left.name} and {right.name} do not match: only one is {own.connection or other.connection}.")
+        if bool(own.causality) != bool(other.causality) and not self._are_expandable(own, other):
+            first, second = (left, right) if own.causality else (right, left)
+            raise error(
+                f"{first.name} is an {own.causality or other.causality}, but {second.name} is neither input nor output."
+            )
         fixed = [one.variability in ("constant", "parameter") for one in (own, other)]
         if fixed[0] != fixed[1]:
             raise error(f"{left.name} and {right.name} do not match: only one is a parameter or constant.")
@@ -325,7 +335,25 @@ class Connections:
             self.context.register(one)
             path = f"{one.path}"
             self.counts[path] = self.counts.get(path, 0) + 1
-        self.pairs.append(Pair(left, right, tuple(dims), own.connection, place))
+        self.pairs.append(Pair(left, right, tuple(dims), own.connection, place, error))
+
+    def _are_expandable(self, *components: ComponentElement) -> bool:
+        """Whether one belongs to an expandable connector, whose variables get their direction from others."""
+        around = [one.parent for one in components]
+        return any(one is not None and one.prototype.kind == "expandable connector" for one in around)
+
+    def check_direction(self, members: Sequence[ConnectorEnd], error: "Callable[[str], TextError]") -> None:
+        """Raises `error` for connected signals with several sources (section 9.3)."""
+        sources: list[str] = []
+        for end in members:
+            component = self.context.find(end.name)
+            if component is None or self._are_expandable(component):
+                return
+            is_hidden = end.is_outside and component.is_protected
+            if not is_hidden and component.causality == ("input" if end.is_outside else "output"):
+                sources.append(end.name)
+        if len(sources) > 1:
+            raise error(f"both {sources[0]} and {sources[1]} give a value to signals that are connected.")
 
     def asserts(self) -> list[e.Assert]:
         """The assertions that connected parameters are equal (section 9.2)."""
@@ -372,28 +400,29 @@ def equations(
 ) -> Iterator[FlatEquation]:
     """The equations of the connections. `flows` are the names and sizes of all flow variables of connectors."""
     potentials, sums = Sets(), Sets()
-    places: dict[ConnectorEnd, SourcePlace] = {}
+    pairs: dict[ConnectorEnd, Pair] = {}
     for pair in connections.split(is_broken):
-        places.setdefault(pair.left, pair.place)
-        places.setdefault(pair.right, pair.place)
+        pairs.setdefault(pair.left, pair)
+        pairs.setdefault(pair.right, pair)
         if pair.kind == "flow":
             sums.join(pair.left, pair.right)
         elif pair.kind == "":
             potentials.join(pair.left, pair.right)
     for members in potentials.all():
         first = members[0]
+        connections.check_direction(members, pairs[members[-1]].error)
         for other in members[1:]:
             if other.ref != first.ref:
                 component = connections.context.find(first.name)
                 if component is None or component.variability not in ("constant", "parameter"):
-                    yield FlatEquation(e.Binary("Sub", first.ref, other.ref), "", "connection", places[other])
+                    yield FlatEquation(e.Binary("Sub", first.ref, other.ref), "", "connection", pairs[other].place)
     for members in sums.all():
         total: e.Expression | None = None
         for one in members:
             term = e.Unary("Minus", one.ref) if one.is_outside else one.ref
             total = term if total is None else e.Binary("Add", total, term)
         assert total is not None
-        yield FlatEquation(total, "", "flows", places[members[0]])
+        yield FlatEquation(total, "", "flows", pairs[members[0]].place)
     for name, dims, place in flows:
         inside = [ConnectorEnd(name, index, False) for index in indices(dims)]
         if dims and ConnectorEnd(name, (), False) in sums:

@@ -1,17 +1,21 @@
 """Equations (Modelica 3.6, chapter 8)."""
 
 import dataclasses
+import itertools
 from collections.abc import Iterator, Sequence
+
+import numpy as np
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
 from .._translate.scope import NotKnown
 from . import tree as t
-from .algorithms import Statements, assertion, when_condition
+from .algorithms import Statements, assertion, check_discrete, targets, when_condition
 from .calls import converted_to
 from .expressions import Expressions
 from .typed import (
     PARAMETER,
+    REAL,
     Dims,
     Type,
     Typed,
@@ -57,9 +61,10 @@ class Found:
 class Equations:
     """Makes the equations of a class instance, except connections (`connections.py`)."""
 
-    def __init__(self, here: Expressions, found: Found) -> None:
+    def __init__(self, here: Expressions, found: Found, *, is_initial: bool = False) -> None:
         self.here = here
         self.found = found
+        self.is_initial = is_initial
 
     def all(self, clauses: Sequence[t.Clause]) -> None:
         for clause in clauses:
@@ -106,6 +111,10 @@ class Equations:
                 f"{written_dims(right.dims)}.",
             )
         self.check_type(x.at, left.type)
+        for side, one, other in ((x.left, left, right), (x.right, right, left)):
+            # An equation of Reals may determine another variable than the discrete one.
+            if isinstance(side, t.Reference) and not self.is_initial and one.type == other.type != REAL:
+                check_discrete(here, side, one, other, is_when=False)
         if left.type.name == "record":
             self._records(left, right, x.at)
         elif 0 not in left.dims:
@@ -171,7 +180,7 @@ class Equations:
         if values is None:
             raise self.here.error(first.at, f"the range of {first.name} is not known.")
         for value in values:
-            within = Equations(self.here.knowing({first.name: value}), self.found)
+            within = Equations(self.here.knowing({first.name: value}), self.found, is_initial=self.is_initial)
             if rest:
                 within._for(rest, clauses)
             else:
@@ -219,7 +228,7 @@ class Equations:
 
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
         found = Found()
-        Equations(self.here, found).all(clauses)
+        Equations(self.here, found, is_initial=self.is_initial).all(clauses)
         return found
 
     def _asserts(self, conditions: Sequence[Typed], bodies: Sequence[Found]) -> None:
@@ -252,9 +261,11 @@ class Equations:
     def _when(self, x: t.WhenClause) -> None:
         blocks: list[tuple[e.Expression, e.Body]] = []
         for condition, body in x.branches:
-            inner = _WhenBody(self.here)
+            inner = _WhenBody(self.here.within_when())
             statements = tuple(item for clause in body for item in inner.statements(clause))
-            blocks.append((when_condition(self.here, condition), statements))
+            kinds = ("Boolean", "Clock") if len(x.branches) == 1 else ("Boolean",)  # clocks: section 16.6
+            blocks.append((when_condition(self.here, condition, kinds), statements))
+        same_targets(self.here, x.at, [body for _, body in blocks], "when")
         self.found.whens.append(e.WhenClause(tuple(blocks)))
 
 
@@ -269,7 +280,7 @@ class _WhenBody:
             case t.Equality():
                 return self._equality(x)
             case t.CallEquation():
-                return (Statements(self.here, in_when=True).call(x.call),)
+                return (Statements(self.here, in_when=True, is_equation=True).call(x.call),)
             case t.IfClause():
                 return self._if(x)
             case t.ForClause():
@@ -315,7 +326,9 @@ class _WhenBody:
         if chosen is not None:
             return self._body(chosen)
         blocks = tuple((c.x, self._body(body)) for c, (_, body) in zip(conditions, x.branches, strict=True))
-        return (e.IfStatement(blocks, self._body(x.otherwise)),)
+        otherwise = self._body(x.otherwise)
+        same_targets(self.here, x.at, [*(body for _, body in blocks), otherwise], "if")
+        return (e.IfStatement(blocks, otherwise),)
 
     def _body(self, clauses: Sequence[t.Clause]) -> e.Body:
         return tuple(item for clause in clauses for item in self.statements(clause))
@@ -330,6 +343,30 @@ class _WhenBody:
             within = _WhenBody(self.here.knowing({first.name: value}))
             found += within._for(rest, clauses) if rest else within._body(clauses)
         return tuple(found)
+
+
+def same_targets(here: Expressions, at: int, bodies: Sequence[e.Body], clause: str) -> None:
+    """Raises `TextError` for branches that give values to different variables (section 8.3.5.2)."""
+    first, *rest = [{name for one in targets(body) for name in _elements(here, one)} for body in bodies]
+    for other in rest:
+        if first != other:
+            name = sorted(first ^ other)[0]
+            raise here.error(
+                at, f"only one branch of `{clause}` gives {name} a value; all must have the same variables."
+            )
+
+
+def _elements(here: Expressions, target: e.Target) -> Iterator[str]:
+    """The elements of a variable that a statement assigns."""
+    component = here.context.find(target.name)
+    sizes = [] if component is None else [n or 0 for n in here.context.sizes(component)]
+    chosen: list[list[int]] = []
+    for i, size in enumerate(sizes):
+        sub = target.subs[i] if i < len(target.subs) else e.Colon()
+        every = range(1, size + 1) if isinstance(sub, e.Colon) else np.atleast_1d(here.context.value(sub))
+        chosen.append([int(one) for one in every])
+    for index in itertools.product(*chosen):
+        yield f"{target.name}{list(index) or ''}"
 
 
 def _element_of(residual: e.Expression, index: Sequence[e.Expression]) -> e.Expression:

@@ -9,7 +9,7 @@ from .._syntax import expressions as e
 from .._translate.scope import NotKnown
 from . import builtins, calls, operator_records, references
 from . import tree as t
-from .classes import ClassElement, Instance
+from .classes import ClassElement, ComponentElement, Instance
 from .operators import binary, unary
 from .source import TextError
 from .typed import (
@@ -22,12 +22,12 @@ from .typed import (
     REAL,
     Dims,
     Typed,
+    accepts,
     common,
     constant,
     element,
     joined_dims,
     same_dims,
-    type_of,
     written_dims,
 )  # fmt: skip
 
@@ -48,20 +48,27 @@ class Expressions:
         self.scope = scope
         self.names = dict(names or {})
         self.at = 0
+        self.in_condition = False  # of `if` or an assertion
+        self.in_when = False  # the body of a when-clause
         self._ends: list[Typed | None] = []
 
     def error(self, at: int, message: str) -> TextError:
         return self.scope.source.error(at, message)
 
     def inside(self, scope: Instance) -> "Expressions":
-        found = Expressions(self.context, scope, self.names)
-        found.at = self.at
+        found = self.knowing({})
+        found.scope, found.at = scope, self.at
         return found
 
     def knowing(self, names: Mapping[str, Typed]) -> "Expressions":
         """With further iterators."""
         found = Expressions(self.context, self.scope, {**self.names, **names})
-        found._ends = self._ends
+        found._ends, found.in_condition, found.in_when = self._ends, self.in_condition, self.in_when
+        return found
+
+    def within_when(self) -> "Expressions":
+        found = self.knowing({})
+        found.in_when = True
         return found
 
     def expression(self, x: t.Expression) -> e.Expression:
@@ -76,13 +83,17 @@ class Expressions:
         found = self.typed(x)
         if found.type == NONE:
             raise self.error(x.at, "this call has no value.")
-        if found.type.name in ("function", "class"):
-            raise self.error(x.at, "a class or function is no value.")
+        if found.type.name == "function":
+            raise self.error(x.at, "a function is no value.")
         return found
 
     def boolean(self, x: t.Expression, what: str) -> Typed:
         """A Boolean scalar."""
-        found = self.single(x)
+        outer, self.in_condition = self.in_condition, True
+        try:
+            found = self.single(x)
+        finally:
+            self.in_condition = outer
         if found.type != BOOLEAN or found.dims:
             raise self.error(x.at, f"{what} must be a Boolean scalar, not of type {found.type}.")
         return found
@@ -112,7 +123,7 @@ class Expressions:
         if isinstance(found, Typed):
             return found
         if isinstance(found, ClassElement):
-            return Typed(e.Ref(found.path), type_of(found.instance), (), CONSTANT)
+            raise self.error(ref.at, f"{ref} is a {found.instance.kind}, and no value.")
         return references.typed(self, found, ref.at)
 
     def _iterator(self, ref: t.Reference) -> Typed:
@@ -126,9 +137,11 @@ class Expressions:
         return found
 
     def subscripts(
-        self, part: t.Part, dims: Dims, base: e.Expression
+        self, part: t.Part, dims: Dims, base: e.Expression, component: ComponentElement | None = None
     ) -> tuple[tuple[e.Expression, ...], list[int | None]]:
-        """The subscripts of an array of some size, and the size of the result. Known ones are numbers."""
+        """The subscripts of an array of some size, and the size of the result. Known ones are numbers. `component`
+        is the array, if it has a name.
+        """
         if len(part.subs) > len(dims):
             raise self.error(part.at, f"{part.name} has {len(dims)} dimensions, but {len(part.subs)} subscripts.")
         found: list[e.Expression] = []
@@ -138,15 +151,18 @@ class Expressions:
                 found.append(e.Colon())
                 rest.append(size)
                 continue
-            value = self._subscript(sub, size, base, i + 1)
+            every = None if component is None else self.context.index_range(component, i)
+            end = None if size is None else constant(size) if every is None else every[1][-1]
+            value = self._subscript(sub, end or Typed(e.Builtin("Size", (base, e.Const(i + 1))), INTEGER))
+            wanted = INTEGER if every is None else every[0].type
+            if component is not None and not accepts(wanted, value.type):
+                raise self.error(sub.at, f"{part.name} has subscripts of type {wanted}, not {value.type}.")
             self._check_bounds(value.x, size, sub.at)
             found.append(value.x)
             rest += value.dims
         return tuple(found), [*rest, *dims[len(part.subs) :]]
 
-    def _subscript(self, sub: t.Expression, size: int | None, base: e.Expression, dimension: int) -> Typed:
-        end = constant(size) if size is not None else Typed(
-            e.Builtin("Size", (base, e.Const(dimension))), INTEGER)  # fmt: skip
+    def _subscript(self, sub: t.Expression, end: Typed) -> Typed:
         self._ends.append(end)
         try:
             value = self.single(sub)
@@ -196,6 +212,8 @@ class Expressions:
         left, right = self.single(x.left), self.single(x.right)
         if "record" in (left.type.name, right.type.name):
             return operator_records.binary(self, x, left, right)
+        if x.op in ("/", "./") and isinstance(x.right, t.Literal) and not x.right.value:
+            raise self.error(x.at, "a division by zero.")
         found = binary(x.op, left, right, lambda message: self.error(x.at, message))
         if x.op == "*" and (_is_actual_stream(x.left) or _is_actual_stream(x.right)):
             # The product with the flow has no discontinuity where the flow reverses (section 15.3).
@@ -466,6 +484,9 @@ class Expressions:
             found = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
             if isinstance(found, references.Chain):
                 size = self.context.sizes(found.last)[position]
+                every = self.context.index_range(found.last, position)
+                if every is not None:
+                    return every
                 if size is not None:
                     whole = e.RangeOf(e.Const(1), None, e.Const(size))
                     values = [constant(i + 1) for i in range(size)]

@@ -10,8 +10,8 @@ from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, SourcePlace
 from .._translate.scope import NotKnown
 from . import tree as t
-from .algorithms import Statements
-from .classes import ComponentElement, Instance, Top
+from .algorithms import Statements, targets
+from .classes import ComponentElement, Instance, Top, join
 from .connections import Connections, equations
 from .equations import Equations, Found
 from .expressions import Expressions
@@ -19,12 +19,15 @@ from .library import Libraries, given
 from .modifiers import Index
 from .overconstrained import Graph
 from .parse import parse_modification
+from .references import assigned_in_when, without_indices
 from .source import Problems, Source, TextError
 from .streams import Streams
 from .structure import Context
 from .typed import (
     BOOLEAN,
     CONTINUOUS,
+    DISCRETE,
+    REAL,
     STRING,
     VARIABILITY,
     Type,
@@ -136,6 +139,10 @@ class _Flattening:
 
     def _state(self) -> None:
         """Makes the variables, equations and algorithms."""
+        for base, section in self._sections():
+            if not section.is_initial:
+                around = without_indices(base.path)
+                self.context.discrete |= {join(around, ".".join(one)) for one in assigned_in_when(section)}
         for component in self.components:
             with self.problems.of(component.error):
                 self._declaration(component)
@@ -240,7 +247,7 @@ class _Flattening:
 
     def _check_class(self, component: ComponentElement) -> None:
         instance = component.prototype
-        if instance.tree.is_partial:
+        if instance.element.is_partial:
             raise component.error(f"{component.name} is of the partial class {instance.name}.")
         if instance.kind in ("package", "operator", "type"):
             raise component.error(f"{component.name} is of the {instance.kind} {instance.name}.")
@@ -273,19 +280,27 @@ class _Flattening:
             and not _has_equation(component.parent)
         ):
             raise component.error(f"the constant {component.name} has no value.")
-        if binding is not None and binding.variability > VARIABILITY[variability] and kind.name != "object":
+        limit = VARIABILITY[variability] if kind == REAL else min(VARIABILITY[variability], DISCRETE)
+        if binding is not None and binding.variability > limit and kind.name != "object":
             at = (
                 component.modifier.binding.error
                 if component.modifier and component.modifier.binding
                 else component.error
             )
-            raise at(f"{component.name} is a {variability}, but its value varies.")
+            raise at(f"{component.name} is a {variability or 'discrete variable'}, but its value varies.")
         attributes = (
             {name: self._attribute(component, name) for name in component.prototype.attributes()}
             if kind.name != "object"
             else {}
         )
         connection = component.connection
+        self._check_prefixes(component)
+        if connection and variability in ("constant", "parameter"):
+            raise component.error(f"{component.name} is a {connection} variable, and cannot be a {variability}.")
+        if kind.name == "enumeration" and not component.prototype.literals:
+            raise component.error(f"{component.name} is of an enumeration without literals, which must be redeclared.")
+        if variability == "constant" and binding is not None and kind == REAL:
+            self._check_finite(component)
 
         def value(name: str) -> e.Expression | None:
             found = attributes.get(name)
@@ -323,6 +338,28 @@ class _Flattening:
         start = component.prototype.attributes().get("start")
         return start.binding.place if start is not None and start.binding is not None else None
 
+    def _check_prefixes(self, component: ComponentElement) -> None:
+        """Raises `TextError` for prefixes that contradict those of the type or around (section 4.4.2)."""
+        own = list(component.causalities())
+        around = component.parent
+        if len(set(own)) > 1:
+            raise component.error(f"{component.name} has the prefix `{own[0]}`, but its type has `{own[1]}`.")
+        if around is not None and own and around.causality:
+            raise component.error(
+                f"{component.name} has the prefix `{own[0]}`, and {around.name} around it has `{around.causality}`."
+            )
+        if around is not None and component.prefix("connection") and around.connection:
+            raise component.error(f"{component.name} and {around.name} around it are both flows or streams.")
+
+    def _check_finite(self, component: ComponentElement) -> None:
+        """Raises `TextError` for a constant whose value is not a number, as `log(-1)` is not."""
+        try:
+            value = np.asarray(self.context.value_of(component), float)
+        except (NotKnown, TypeError):
+            return
+        if not np.isfinite(value).all():
+            raise component.error(f"the value of the constant {component.name} is not a number.")
+
     def _type_name(self, component: ComponentElement) -> str:
         return component.prototype.origin().element.target().path
 
@@ -346,10 +383,13 @@ class _Flattening:
         if not accepts(wanted, found.type) and found.type.name != "enumeration":
             raise modifier.error(f"the attribute {name} of {component.name} is of type {wanted}, not {found.type}.")
         dims = self.context.sizes(component)
-        if not same_dims(found.dims, dims[len(dims) - len(found.dims) :]):
-            sizes = written_dims(dims)
+        own = component.modifier.get(name) if component.modifier else None
+        is_whole = own is not None and own.binding is not None and not own.binding.is_each
+        if not same_dims(found.dims, dims if is_whole else dims[len(dims) - len(found.dims) :]):
+            remedy = ": it needs `each`." if is_whole and not found.dims else "."
             raise modifier.error(
-                f"{component.name} has size {sizes}, but its attribute {name} has size {written_dims(found.dims)}."
+                f"{component.name} has size {written_dims(dims)}, but its attribute {name} has "
+                f"{'size ' * bool(found.dims)}{written_dims(found.dims)}{remedy}"
             )
 
     def _fixed(self, component: ComponentElement, found: Typed | None, dims: Index) -> tuple[bool, ...]:
@@ -360,6 +400,8 @@ class _Flattening:
         except NotKnown:
             raise component.error(f"the attribute fixed of {component.name} is not known.") from None
         self.context.select(found.x)
+        if component.variability == "constant" and not np.all(value):
+            raise component.error(f"{component.name} is a constant, which cannot have fixed = false.")
         flat = np.asarray(value).reshape(-1)
         return (bool(flat[0]),) if len(set(flat.tolist())) == 1 else tuple(bool(one) for one in flat)
 
@@ -393,7 +435,8 @@ class _Flattening:
     def _section(self, base: Instance, section: t.Section) -> None:
         here = Expressions(self.context, base)
         if not section.is_algorithm:
-            equations = Equations(here, self.initial if section.is_initial else self.found)
+            found = self.initial if section.is_initial else self.found
+            equations = Equations(here, found, is_initial=section.is_initial)
             for clause in section.clauses:
                 with self.problems.of(ft.partial(here.error, clause.at)):
                     if section.is_initial and isinstance(clause, t.Connect | t.WhenClause):
@@ -409,7 +452,7 @@ class _Flattening:
             with self.problems.of(ft.partial(here.error, clause.at)):
                 body += Statements(here, is_initial=section.is_initial).whole((clause,))
         place = base.source.place(section.at)
-        outputs = tuple(dict.fromkeys(_targets(body)))
+        outputs = tuple(dict.fromkeys(target.name for target in targets(body)))
         found = self.initial_algorithms if section.is_initial else self.algorithms
         found.append(Algorithm(body, outputs, base.path, place))
 
@@ -429,20 +472,3 @@ def _in_connector(component: ComponentElement, kinds: Sequence[str] = ("connecto
             return True
         parent = parent.parent
     return False
-
-
-def _targets(body: e.Body) -> Iterator[str]:
-    """The variables that statements assign."""
-    for statement in body:
-        match statement:
-            case e.Assign():
-                yield from (target.name for target in statement.targets if target is not None)
-            case e.IfStatement():
-                for _, inner in statement.blocks:
-                    yield from _targets(inner)
-                yield from _targets(statement.otherwise)
-            case e.For() | e.While():
-                yield from _targets(statement.body)
-            case e.WhenClause():
-                for _, inner in statement.blocks:
-                    yield from _targets(inner)

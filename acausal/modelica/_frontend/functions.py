@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
 from . import tree as t
-from .calls import reads_component
+from .calls import names_of, reads_component
 from .classes import ComponentElement, Instance
 from .typed import Typed, type_of
 
@@ -79,20 +79,19 @@ class Functions(Mapping[str, FlatFunction]):
         inputs: list[Formal] = []
         outputs: list[Formal] = []
         own: list[Formal] = []
-        for component in instance.components():
-            if component.name in functions:
-                continue
+        check_annotations(instance)
+        for component in _in_order([one for one in instance.components() if one.name not in functions]):
             if component.causality == "input":
                 inputs.append(self._formal(component, known))
             elif component.causality == "output":
                 outputs.append(self._formal(component, known))
             else:
-                if not component.is_protected and component.variability not in ("constant", "parameter"):
-                    raise component.error(f"{component.name} of a function must be an input, an output or protected.")
                 own.append(self._formal(component, known))
-        sections = [one for base in instance.lineage() for one in _algorithms(base)]
+        sections = [one for base in instance.lineage() for one in _bodies(base)]
         if len(sections) > 1:
-            raise instance.error(instance.tree.at, f"the function {instance.name} has {len(sections)} algorithms.")
+            raise instance.error(
+                instance.tree.at, f"the function {instance.name} has {len(sections)} algorithms or external functions."
+            )
         body: list[e.Statement] = []
         external: t.External | None = None
         for base in instance.lineage():
@@ -100,11 +99,7 @@ class Functions(Mapping[str, FlatFunction]):
                 continue
             external = base.tree.body.external or external
             for section in base.tree.body.sections:
-                if not section.is_algorithm or section.is_initial:
-                    raise base.error(section.at, f"the function {base.name} has an equation section.")
                 body += Statements(Expressions(self._context, base, known)).whole(section.clauses)
-        if body and external is not None:
-            raise instance.error(external.at, f"the function {instance.name} has an algorithm and is external.")
         c_name = None if external is None else external.name or instance.name
         return FlatFunction(
             name,
@@ -161,9 +156,52 @@ class Functions(Mapping[str, FlatFunction]):
         return FlatFunction(name, tuple(inputs), (), (), (), False, c_name, place)
 
 
-def _algorithms(base: Instance) -> list[t.Section]:
+def _bodies(base: Instance) -> list[t.Section | t.External]:
     body = base.tree.body
-    return [one for one in body.sections if one.is_algorithm and one.clauses] if isinstance(body, t.Long) else []
+    if not isinstance(body, t.Long):
+        return []
+    return [*(one for one in body.sections if one.clauses), *([body.external] if body.external else [])]
+
+
+def _in_order(components: list[ComponentElement]) -> list[ComponentElement]:
+    """The variables of a function, each after those that its value reads (section 12.4.4)."""
+    known = {one.name: one for one in components}
+    found: dict[str, ComponentElement] = {}
+
+    def add(one: ComponentElement, around: tuple[str, ...]) -> None:
+        if one.name in around:
+            raise one.error(f"the value of {one.name} depends on itself.")
+        binding = one.modifier.binding if one.modifier else None
+        is_own = binding is not None and binding.scope.whole is one.holder.whole and one.name not in found
+        for name in names_of(binding.expression) if binding is not None and is_own else ():
+            if name in known:
+                add(known[name], (*around, one.name))
+        found.setdefault(one.name, one)
+
+    for one in components:
+        add(one, ())
+    return list(found.values())
+
+
+def check_annotations(instance: Instance) -> None:
+    """Checks the names in the annotations `derivative` and `inverse` of a function (sections 12.7.1 and 12.8)."""
+    found = instance.tree.annotation
+    inputs = {one.name for one in instance.components() if one.causality == "input"}
+    for argument in found.arguments if found else ():
+        if not isinstance(argument, t.ElementModification) or argument.name[0] not in ("derivative", "inverse"):
+            continue
+        kind = argument.name[0]
+        if kind == "inverse" and sum(one.causality == "output" for one in instance.components()) != 1:
+            raise instance.error(argument.at, f"{instance.name} has an inverse, and must have one output.")
+        for one in argument.modification.arguments:
+            if not isinstance(one, t.ElementModification):
+                continue
+            value = one.modification.value
+            if one.name == ("order",) and not (isinstance(value, t.Literal) and type(value.value) is int):
+                raise instance.error(one.at, f"the order of a derivative of {instance.name} must be an Integer.")
+            wanted = one.name[0] if kind == "inverse" else str(value) if isinstance(value, t.Reference) else ""
+            if one.name != ("order",) and wanted not in inputs:
+                raise instance.error(one.at, f"{instance.name} has no input {wanted}, which its {kind} names.")
 
 
 def _function_name(arg: Typed) -> str:

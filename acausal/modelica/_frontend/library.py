@@ -20,6 +20,7 @@ _OWN = hashlib.sha256(
     + b"".join(Path(__file__).with_name(f"parse_{name}.py").read_bytes() for name in ("clauses", "expressions"))
 ).digest()
 NAME = "<model>.mo"  # of a text in messages
+PREDEFINED = ("Real", "Integer", "Boolean", "String", "Clock", "ExternalObject", "StateSelect", "AssertionLevel")
 _CACHED_LENGTH = 5_000  # shorter texts are parsed faster than their trees are read
 
 
@@ -72,6 +73,8 @@ class Libraries:
         self._found: dict[str, Definition | None] = {}
         for source in texts:
             for tree in parse(source).classes:
+                if tree.name in PREDEFINED:
+                    raise source.error(tree.at, f"{tree.name} is the name of a predefined class.")
                 if tree.name in self._found:
                     raise source.error(tree.at, f"there are two classes {tree.name}.")
                 self._found[tree.name] = Definition(tree, source)

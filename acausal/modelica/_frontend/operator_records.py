@@ -1,5 +1,6 @@
 """Overloaded operators (Modelica 3.6, chapter 14)."""
 
+import math
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
@@ -45,26 +46,29 @@ def _elementwise(here: "Expressions", name: str, args: list[Typed]) -> Typed | N
         return None
     sizes = [n or 0 for n in dims]
     items: list[Typed] = []
-    for index in indices(sizes):
+    # Of empty arrays, one element is made for its type.
+    for index in list(indices(sizes)) or [(1,) * len(sizes)]:
         subs = [e.Const(i) for i in index]
         scalars = [arg._replace(x=element(arg.x, subs), dims=()) if arg.dims else arg for arg in args]
         item = _scalar(here, name, scalars)
         if item is None:
             return None
         items.append(item)
-    if not items:
-        return None
-    return items[0]._replace(x=nested([item.x for item in items], sizes), dims=dims)
+    count = math.prod(sizes)
+    return items[0]._replace(x=nested([item.x for item in items[:count]], sizes), dims=dims)
 
 
 def _scalar(here: "Expressions", name: str, args: list[Typed]) -> Typed | None:
     """The operator of these values, directly or after a conversion of one of them."""
     records = _records(args)
-    for record in records:
-        for function in calls.operators(record, name):
-            found = calls.call_values(here, function, args)
-            if found is not None:
-                return found
+    functions = {function.tree: function for record in records for function in calls.operators(record, name)}
+    calls_found = [
+        call for function in functions.values() if (call := calls.call_values(here, function, args)) is not None
+    ]
+    if len(calls_found) > 1:
+        raise here.error(here.at, f"several functions of the operator {name} fit these values.")
+    if calls_found:
+        return calls_found[0]
     for record in records:
         kind = next(arg.type for arg in args if arg.type.instance is record)
         for i, arg in enumerate(args):

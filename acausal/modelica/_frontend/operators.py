@@ -46,12 +46,16 @@ def binary(op: str, a: Typed, b: Typed, error: Error) -> Typed:
         if not fits or a.dims or b.dims or a.type.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
             raise unfit()
         return Typed(x, BOOLEAN, (), min(variability, 2))
-    if op in ("+", ".+") and a.type == STRING and b.type == STRING and same_dims(a.dims, b.dims):
-        return Typed(x, STRING, joined_dims(a.dims, b.dims), variability)
+    if op in ("+", ".+") and a.type == STRING and b.type == STRING:
+        dims = _dims(op, a.dims, b.dims)
+        if dims is None:
+            raise unfit()
+        return Typed(x, STRING, dims, variability)
     if not _is_number(a.type) or not _is_number(b.type):
         raise unfit()
     dims = _dims(op, a.dims, b.dims)
-    if dims is None:
+    is_negative = isinstance(b.x, e.Const) and float(b.x.value) < 0
+    if dims is None or (op == "^" and a.dims and (b.type != INTEGER or is_negative)):
         raise unfit()
     is_whole = a.type == b.type == INTEGER and op in ("+", "-", "*", ".+", ".-", ".*")
     return Typed(x, INTEGER if is_whole else REAL, dims, variability)
@@ -70,6 +74,7 @@ def _dims(op: str, a: Dims, b: Dims) -> Dims | None:
     if op == "/":
         return None if b else a
     if op == "^":
+        # The power of a matrix is a product: its exponent is a number of factors.
         return a if not b and (not a or (len(a) == 2 and same_dims(a[:1], a[1:]))) else None
     if not a or not b:
         return a or b

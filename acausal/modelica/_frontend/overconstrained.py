@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation
+from . import references
 from . import tree as t
 from .calls import call_values, of_class
 from .classes import ClassElement
@@ -68,7 +69,10 @@ class Graph:
 
     def _path(self, here: Expressions, arg: t.Expression) -> str | None:
         found = here.single(arg)
-        if not isinstance(found.x, e.Ref) or found.x.subs:
+        named = references.find(here, arg) if isinstance(arg, t.Reference) else None
+        if not isinstance(named, references.Chain) or "equalityConstraint" not in named.last.prototype.elements:
+            raise here.error(arg.at, "this argument must be a record or type with the function equalityConstraint.")
+        if not isinstance(found.x, e.Ref) or found.x.subs or len(named.components) < 2:
             raise here.error(arg.at, "this argument must be a record or a type of a connector.")
         return found.x.name
 

@@ -1,6 +1,7 @@
 """Component references (Modelica 3.6, sections 5.3 and 10.5): from names with subscripts to names of the flat model."""
 
 import dataclasses
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -10,7 +11,20 @@ from .._translate.scope import NotKnown
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance
 from .modifiers import Index
-from .typed import CONSTANT, VARIABILITY, Dims, Type, Typed, element, field, nested, type_of
+from .typed import (
+    CONSTANT,
+    CONTINUOUS,
+    DISCRETE,
+    VARIABILITY,
+    Dims,
+    Type,
+    Typed,
+    element,
+    field,
+    limited,
+    nested,
+    type_of,
+)
 
 if TYPE_CHECKING:
     from .expressions import Expressions
@@ -28,8 +42,10 @@ class Chain:
         return self.components[-1]
 
 
-def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
-    """What a reference names: components, a class, or an enumeration literal. Raises `TextError`."""
+def find(here: "Expressions", ref: t.Reference, *, is_call: bool = False) -> Chain | ClassElement | Typed:
+    """What a reference names: components, a class, or an enumeration literal. Only the name of a function that is
+    called can be that of a class in a component (section 5.3.2). Raises `TextError`.
+    """
     scope = here.scope
     first = ref.parts[0]
     found = scope.top.find(first.name) if ref.is_global else scope.find(first.name)
@@ -48,6 +64,8 @@ def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
             return found
         literal = _literal(here, found, ref.parts[i].name)
         if literal is not None:
+            if len(ref.parts) > i + 1 or ref.parts[i].subs:
+                raise here.error(ref.parts[i].at, f"the literal {ref.parts[i].name} has no elements.")
             return literal
         found = _element(here, found, ref, i)
     components = [found]
@@ -59,10 +77,12 @@ def find(here: "Expressions", ref: t.Reference) -> Chain | ClassElement | Typed:
             raise here.error(
                 part.at, f"{found.name} has no element {part.name}.{suggestion(part.name, list(holder.elements))}"
             )
-        if isinstance(inner, ClassElement):
-            return _in_class(here, inner, ref, i)
-        if inner.is_protected and not inner.is_local:
+        if inner.is_protected and (isinstance(inner, ClassElement) or not inner.is_local):
             raise here.error(part.at, f"{part.name} is protected in {holder.name}, and not accessible from outside.")
+        if isinstance(inner, ClassElement):
+            if not is_call:
+                raise here.error(part.at, f"{part.name} is a class in the component {found.name}, and no component.")
+            return _in_class(here, inner, ref, i)
         found = inner
         components.append(found)
     return Chain(tuple(components), ref.parts[len(ref.parts) - len(components) :])
@@ -73,13 +93,16 @@ def _in_class(here: "Expressions", found: ClassElement, ref: t.Reference, i: int
     rest = t.Reference(ref.parts[i:], False, ref.parts[i].at)
     if len(rest.parts) == 1:
         return found
-    return find(here.inside(found.instance.encloser or here.scope), rest)
+    return find(here.inside(found.instance.encloser or here.scope), rest, is_call=True)
 
 
 def _element(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> ClassElement | ComponentElement:
     name = ref.parts[i].name
     instance = found.instance
+    found.check_inside(here.scope, here.scope.source, ref.at)
     inner = instance.elements.get(name)
+    if inner is not None and inner.is_protected:
+        raise here.error(ref.parts[i].at, f"{name} is protected in {found.name}, and not accessible from outside.")
     if inner is None:
         raise here.error(
             ref.parts[i].at, f"{found.name} has no element {name}.{suggestion(name, list(instance.elements))}"
@@ -138,12 +161,39 @@ def typed(here: "Expressions", chain: Chain, at: int) -> Typed:
     return _Global(here, chain, at).typed()
 
 
-def variability(chain: Chain) -> int:
-    found = VARIABILITY[chain.last.variability]
-    kind = type_of(chain.last.prototype)
-    if found == 3 and kind.name in ("Integer", "Boolean", "String", "enumeration"):
-        return 2
+def variability(here: "Expressions", chain: Chain) -> int:
+    found = limited(VARIABILITY[chain.last.variability], type_of(chain.last.prototype))
+    if found == CONTINUOUS and here.context.discrete and without_indices(chain.last.path) in here.context.discrete:
+        return DISCRETE
     return found
+
+
+def without_indices(path: str) -> str:
+    return re.sub(r"\[[^]]*\]", "", path)
+
+
+def assigned_in_when(section: t.Section) -> set[tuple[str, ...]]:
+    """The names of the variables that a section assigns, all of them in when-clauses (section 3.8.3)."""
+    found: dict[bool, set[tuple[str, ...]]] = {False: set(), True: set()}
+
+    def visit(x: object, *, in_when: bool) -> None:
+        match x:
+            case tuple():
+                for one in x:
+                    visit(one, in_when=in_when)
+            case t.Equality(t.Reference() | t.Tuple() as left) | t.Assignment(left):
+                for one in left.elements if isinstance(left, t.Tuple) else (left,):
+                    if isinstance(one, t.Reference) and (in_when or section.is_algorithm):
+                        found[in_when].add(one.names)
+            case t.WhenClause(branches):
+                visit(tuple(body for _, body in branches), in_when=True)
+            case t.IfClause(branches, otherwise):
+                visit((*(body for _, body in branches), otherwise), in_when=in_when)
+            case t.ForClause() | t.WhileClause():
+                visit(x.body, in_when=in_when)
+
+    visit(section.clauses, in_when=False)
+    return found[True] - found[False]
 
 
 def _local(here: "Expressions", chain: Chain, at: int) -> Typed:
@@ -157,7 +207,7 @@ def _local(here: "Expressions", chain: Chain, at: int) -> Typed:
         is_last = i == len(chain.components) - 1
         if base is not None:
             base = e.FieldOf(base, component.name)
-        subs, rest = here.subscripts(part, own, _partial(chain, i, base))
+        subs, rest = here.subscripts(part, own, _partial(chain, i, base), component)
         dims += rest
         if subs and is_last and base is None:
             x = e.Ref(name, subs)
@@ -186,7 +236,7 @@ class _Global:
     def typed(self) -> Typed:
         dims: list[int | None] = []
         x = self._from(0, self.chain.components[0], dims)
-        return Typed(x, type_of(self.chain.last.prototype), tuple(dims), variability(self.chain))
+        return Typed(x, type_of(self.chain.last.prototype), tuple(dims), variability(self.here, self.chain))
 
     def _from(self, i: int, component: ComponentElement, dims: list[int | None]) -> e.Expression:
         """The value of the components from one on, which is a member of the one before."""
@@ -201,7 +251,7 @@ class _Global:
             if kind.name in ("record", "component", "object") and sizes:
                 return self._array(i, component, sizes, dims)
             whole = None if kind.name in ("record", "component") else context.constant(component)
-            subs, rest = self.here.subscripts(part, sizes, e.Ref(component.path))
+            subs, rest = self.here.subscripts(part, sizes, e.Ref(component.path), component)
             is_written = whole is not None and all(isinstance(sub, e.Const) for sub in subs)
             context.register(component, is_written=is_written)
             dims += rest
@@ -227,7 +277,7 @@ class _Global:
         known = tuple(size for size in sizes if size is not None)
         if len(known) < len(sizes):
             raise component.error(f"the size of {component.name} is not known.")
-        subs, rest = self.here.subscripts(self.chain.parts[i], sizes, e.Ref(component.path))
+        subs, rest = self.here.subscripts(self.chain.parts[i], sizes, e.Ref(component.path), component)
         chosen: list[list[int]] = []
         outer: list[e.Expression] = []  # subscripts of the array that is written out
         for sub, size in zip((*subs, *[e.Colon()] * (len(sizes) - len(subs))), known, strict=True):
@@ -279,4 +329,5 @@ def with_field(here: "Expressions", base: Typed, name: str, at: int) -> Typed:
     assert isinstance(component, ComponentElement)
     names = [one.name for one in instance.components()]
     dims = (*base.dims, *here.context.sizes(component))
-    return Typed(field(base.x, name, names), type_of(component.prototype), dims, base.variability)
+    kind = type_of(component.prototype)
+    return Typed(field(base.x, name, names), kind, dims, limited(base.variability, kind))

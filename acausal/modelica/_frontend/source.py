@@ -70,6 +70,9 @@ class Problems:
             self._found.setdefault(found.place, found)
         except ModelicaError:  # of a file or a library
             raise
+        except RecursionError:
+            placed = error("classes, constants or functions contain themselves here, or expressions nest too deeply.")
+            self._found.setdefault(placed.place, placed)
         except ModelError as found:  # of a value on which the structure depends
             placed = error(str(found))
             self._found.setdefault(placed.place, placed)

@@ -14,12 +14,25 @@ from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
 from .._translate.values import Value, plain
 from . import tree as t
-from .classes import ComponentElement, Instance, Top
+from .classes import ClassElement, ComponentElement, Instance, Top
 from .expressions import Expressions
 from .functions import Functions
 from .modifiers import Binding, Index
 from .references import literal
-from .typed import VARIABILITY, Dims, Typed, accepts, element, field, indices, nested, same_dims, type_of, written_dims
+from .typed import (
+    VARIABILITY,
+    Dims,
+    Typed,
+    accepts,
+    element,
+    field,
+    indices,
+    limited,
+    nested,
+    same_dims,
+    type_of,
+    written_dims,
+)
 
 if TYPE_CHECKING:
     from .connections import Connections
@@ -42,6 +55,7 @@ class Context:
         self.streams: Streams | None = None
         self.added: dict[str, ComponentElement] = {}  # inner components that the model lacks
         self.constants: dict[str, ComponentElement] = {}  # of packages, by path
+        self.discrete: set[str] = set()  # paths without indices of Reals that when-clauses assign
         self._known: dict[str, tuple[ComponentElement, Index]] = {}
         self._library = Library(self.functions, _Names(self))
         self._values: dict[str, Value] = {}
@@ -117,6 +131,15 @@ class Context:
                 found.append(self._size(component, scope, size, names))
         return tuple(found)
 
+    def index_range(self, component: ComponentElement, i: int) -> tuple[Typed, list[Typed]] | None:
+        """The values of a subscript of a component whose size is an enumeration or Boolean; None for a number."""
+        sizes = component.tree.dims
+        if i < len(sizes) and isinstance(size := sizes[i], t.Reference):
+            here = Expressions(self, component.scope)
+            if self._is_class(here, size):
+                return here._range_of_type(size)
+        return None
+
     def _size(
         self, component: ComponentElement, scope: Instance, size: t.Expression, names: Mapping[str, Typed]
     ) -> int | None:
@@ -146,8 +169,6 @@ class Context:
         return number
 
     def _is_class(self, here: Expressions, size: t.Reference) -> bool:
-        from .classes import ClassElement
-
         if size.parts[0].name in here.names:
             return False
         found = here.scope.find(size.parts[0].name)
@@ -215,6 +236,8 @@ class Context:
         around = component.parent
         while around is not None:
             found = around.holder.whole.elements.get(component.name)
+            if isinstance(found, ClassElement) and found.tree.is_inner:
+                raise component.error(f"{component.name} is an outer component, but the inner element is a class.")
             if isinstance(found, ComponentElement) and found.is_inner:
                 break
             around = around.parent
@@ -231,6 +254,10 @@ class Context:
         known = root.elements.get(component.name)
         if isinstance(known, ComponentElement) and known.is_inner:
             return known
+        if known is not None and (known is not component or type_of(component.prototype).name != "component"):
+            raise component.error(
+                f"the outer component {component.path} has no inner component {component.name} around it."
+            )
         if component.name not in self.added:
             if component.prototype.tree.is_partial:
                 raise component.error(
@@ -390,8 +417,9 @@ class Context:
         if None in sizes and record.variability <= 1:
             with contextlib.suppress(NotKnown):
                 sizes = _shape(self.value(x))[len(record.dims) :][: len(sizes)]
-        variability = min(record.variability, VARIABILITY[inner.variability])
-        return Typed(x, type_of(inner.prototype), (*record.dims, *sizes), variability)
+        kind = type_of(inner.prototype)
+        variability = limited(min(record.variability, VARIABILITY[inner.variability]), kind)
+        return Typed(x, kind, (*record.dims, *sizes), variability)
 
     def _field_of(self, path: str, name: str) -> ComponentElement | None:
         """The field of a record at a path of the model."""

@@ -106,6 +106,11 @@ def accepts(wanted: Type, given: Type) -> bool:
     return True
 
 
+def limited(variability: int, kind: Type) -> int:
+    """A variability as far as a type has it: values of discrete types change at events only."""
+    return variability if kind.name in ("Real", "record", "any") else min(variability, DISCRETE)
+
+
 def common(a: Type, b: Type) -> Type | None:
     """The type of an array, or of an if-expression, with elements of two types."""
     if accepts(a, b):
