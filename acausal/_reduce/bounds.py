@@ -79,8 +79,8 @@ def _computed(name: str, params: dict[str, Any], arguments: list[Any]) -> Any:
 
 
 def _broadcast(params: dict[str, Any], x: Any) -> Any:
-    shape, axes = params["shape"], params["broadcast_dimensions"]
-    return np.broadcast_to(np.reshape(x, [n if i in axes else 1 for i, n in enumerate(shape)]), shape)
+    own = dict(zip(params["broadcast_dimensions"], np.shape(x), strict=True))
+    return np.broadcast_to(np.reshape(x, [own.get(axis, 1) for axis in range(len(params["shape"]))]), params["shape"])
 
 
 _OPERATIONS: dict[str, Callable[..., Any]] = {

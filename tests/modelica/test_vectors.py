@@ -72,3 +72,26 @@ def test_sides_of_different_shapes_are_refused(equation: str) -> None:
     text = f"model Shapes\n  Real x[2, 2];\nequation\n  {equation}\nend Shapes;"
     with pytest.raises(ModelError, match=r"mo:4:3: the sides of the equation have different sizes: \[2, 2\]"):
         simulate(load(text, "Shapes"), 1.0)
+
+
+SLICES = """model Slices
+  function swapped
+    input Real a[:, :];
+    output Real y[3, 3] = zeros(3, 3);
+  algorithm
+    y[{1, 3}, {3, 1}] := a;
+    y[2, {1, 2}] := {5, 6};
+    y[{2, 3}, :] := y[{3, 2}, :];
+  end swapped;
+  parameter Real known[3, 3] = swapped({{1, 2}, {3, 4}});
+  Real varying[3, 3] = swapped({{time, 2}, {3, 4}}), part[2, 2] = varying[{3, 1}, {2, 3}];
+end Slices;
+"""
+
+
+def test_vectors_of_subscripts_count_for_their_own_axes() -> None:
+    solution: Any = simulate(load(SLICES, "Slices"), 1.0, save="end")
+    expected = np.array([[2.0, 0.0, 1.0], [4.0, 0.0, 3.0], [5.0, 6.0, 0.0]])
+    np.testing.assert_allclose(solution["known"], expected)
+    np.testing.assert_allclose(solution["varying"][-1], expected)
+    np.testing.assert_allclose(solution["part"][-1], expected[np.ix_([2, 0], [1, 2])])

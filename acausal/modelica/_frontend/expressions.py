@@ -106,6 +106,12 @@ class Expressions:
         except NotKnown as missing:
             raise self.error(x.at, f"{what} needs a value that is not known: {missing}.") from None
 
+    def _literal(self, x: t.Literal) -> Typed:
+        value = x.value
+        if isinstance(value, str) and value.startswith("modelica://"):
+            return constant(self.context.top.libraries.resource(value))
+        return constant(value)
+
     # References and subscripts
 
     def reference(self, ref: t.Reference) -> Typed:
@@ -530,7 +536,7 @@ def _literal_rows(part: Typed) -> list[tuple[e.Expression, ...]] | None:
 
 
 _BY_CLASS: dict[type, Callable[[Expressions, Any], Typed]] = {
-    t.Literal: lambda here, x: constant(x.value),
+    t.Literal: Expressions._literal,
     t.Reference: Expressions.reference,
     t.Call: Expressions._call,
     t.Reduction: Expressions._reduction,

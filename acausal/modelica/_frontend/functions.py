@@ -36,10 +36,10 @@ class Functions(Mapping[str, FlatFunction]):
 
     def request_record(self, instance: Instance) -> str:
         """The name of the constructor of a record."""
-        instance = instance.origin()
-        name = instance.element.target().path
-        self._records.setdefault(name, instance)
-        return name
+        found = instance.origin().element.target()
+        if found.path not in self._records:
+            self._records[found.path] = found.instance  # without the modifiers of a component
+        return found.path
 
     def request_object(self, instance: Instance, constructor: Instance) -> str:
         """The name of the constructor of an external object."""

@@ -103,6 +103,17 @@ class Libraries:
         versions = (_uses(user.tree.annotation) for user in users)
         return next((f"{name} {found[name]}".strip() for found in versions if name in found), "")
 
+    def resource(self, uri: str) -> str:
+        """The file that a URI `modelica://Library.Package/path` names (section 13.5); the URI itself if none does."""
+        name, _, path = uri.removeprefix("modelica://").partition("/")
+        first, *parts = name.split(".")
+        found = self.find(first)
+        while found is not None and found.folder is not None:
+            if not parts or (inner := found.load(parts[0])) is None or inner.folder is None:
+                return str(found.folder / path)
+            found, parts = inner, parts[1:]
+        return uri
+
     def given(self) -> str:
         """The folders that are given, for a message."""
         return f"these are {listed([str(root) for root in self.roots])}" if self.roots else "none are given"

@@ -14,6 +14,7 @@ from .branches import Failed, choose
 from .breaks import goes_on, guarded, may_break
 from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
+from .subscripts import by_axes
 from .values import Value, is_known, plain, select
 
 Status = Literal["on", "return"]  # no `break`: see breaks.py
@@ -101,7 +102,7 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
         return value
     if isinstance(old, dict):
         return {name: _replaced(item, subs, value[name], at) for name, item in old.items()}
-    index = index_of(old, subs, at)
+    index = by_axes(index_of(old, subs, at), np.shape(old))
     known = is_known(old) and is_known(value) and all(not isinstance(i, jax.Array) for i in index)
     if known:
         copy = np.array(old, dtype=np.result_type(old, value) if np.asarray(value).dtype.kind in "bif" else object)

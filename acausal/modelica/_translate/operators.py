@@ -6,7 +6,6 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
-from .complex_numbers import is_complex, operation
 from .values import Value, is_known, number, plain, power, product
 
 
@@ -47,17 +46,7 @@ def arithmetic(op: str, a: Value, b: Value) -> Value:
     """A sum, difference, product, quotient or power."""
     if op not in _NUMERIC:
         raise ModelError(f"the operator {op} is not supported.")
-    if is_complex(a) or is_complex(b):
-        return operation(op, a, b)
-    if isinstance(a, dict):
-        return _of_records(op, a, b)
     return _NUMERIC[op](a, b)
-
-
-def _of_records(op: str, a: dict[str, Value], b: Value) -> Value:
-    if op in ("Add", "Sub") and isinstance(b, dict):
-        return {name: _NUMERIC[op](a[name], b[name]) for name in a}
-    raise ModelError(f"the operator {op} of records is not supported.")
 
 
 def relation(op: str, a: Value, b: Value) -> Value:

@@ -13,13 +13,26 @@ def elements(value: Value, index: tuple[Any, ...]) -> Value:
     """The elements of an array at an index: a position or an array of positions, or a slice, for each axis."""
     if any(isinstance(item, jax.Array) for item in index):
         value = jnp.asarray(value)
-    if any(isinstance(item, np.ndarray) for item in index) and len(index) > 1:
-        for axis, item in reversed(list(enumerate(index))):
-            value = value[(slice(None),) * axis + (item,)]
-        return plain(value)
+    index = by_axes(index, np.shape(value))
     if isinstance(value, jax.Array) and value.dtype == float:
         return value.at[index].get(mode="fill", fill_value=jnp.nan, wrap_negative_indices=False)
     return plain(value[index])
+
+
+def by_axes(index: tuple[Any, ...], shape: tuple[int, ...]) -> tuple[Any, ...]:
+    """An index of which each array counts for its own axis, as in Modelica, not for the elements of the others."""
+    rest = sum(np.ndim(item) for item in index if not isinstance(item, slice))
+    if rest == 0 or len(index) == 1:
+        return index
+    rest += sum(isinstance(item, slice) for item in index)
+    found = []
+    for item, size in zip(index, shape, strict=False):
+        axis = np.arange(size)[item] if isinstance(item, slice) else item
+        if np.ndim(axis):
+            rest -= 1
+            axis = axis.reshape(-1, *(1,) * rest)
+        found.append(axis)
+    return tuple(found)
 
 
 def position(subscript: Value) -> Any:

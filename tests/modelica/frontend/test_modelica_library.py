@@ -9,6 +9,7 @@ from acausal.modelica._frontend import library, stored
 from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._frontend.library import Libraries
 from acausal.modelica._frontend.source import Source
+from acausal.modelica._syntax import expressions as e
 
 
 def written(folder: Path, files: dict[str, str]) -> Path:
@@ -135,3 +136,14 @@ def test_the_flat_model_comes_from_the_cache_until_a_text_changes(
     assert stored.stored_model("", "Plant.Pump(k = 2)", [plant]) != first
     written(plant, {"Plant/Pump.mo": PUMP.replace("k * time", "2 * k * time")})
     assert stored.stored_model("", "Plant.Pump", [plant]).equations != first.equations
+
+
+def test_a_uri_names_a_file_of_a_package(tmp_path: Path) -> None:
+    files = {"Lib 1.0/package.mo": "package Lib end Lib;", "Lib 1.0/Sub/package.mo": "within Lib; package Sub end Sub;"}
+    libraries = Libraries([], [written(tmp_path, files)])
+    assert libraries.resource("modelica://Lib/Data/a.txt") == str(tmp_path / "Lib 1.0" / "Data" / "a.txt")
+    assert libraries.resource("modelica://Lib.Sub/a.txt") == str(tmp_path / "Lib 1.0" / "Sub" / "a.txt")
+    assert libraries.resource("modelica://Other/a.txt") == "modelica://Other/a.txt"
+    text = 'model M parameter String file = "modelica://Lib/a.txt"; end M;'
+    binding = flat_model(text, "M", [tmp_path]).variables["file"].binding
+    assert binding == e.Const(str(tmp_path / "Lib 1.0" / "a.txt"))
