@@ -147,3 +147,28 @@ def test_a_uri_names_a_file_of_a_package(tmp_path: Path) -> None:
     text = 'model M parameter String file = "modelica://Lib/a.txt"; end M;'
     binding = flat_model(text, "M", [tmp_path]).variables["file"].binding
     assert binding == e.Const(str(tmp_path / "Lib 1.0" / "a.txt"))
+
+
+LINES = """model M
+  function count
+    input String file;
+    output Integer n;
+  external "C" n = ModelicaInternal_countLines(file);
+  end count;
+  parameter String file;
+  Real x[count(file)];
+equation
+  x = ones(count(file));
+end M;
+"""
+
+
+def test_the_cached_flat_model_depends_on_data_files(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    cache = tmp_path / "cache"
+    cache.mkdir()
+    monkeypatch.setattr(stored.programs, "folder", cache)
+    data = written(tmp_path, {"data.txt": "a\nb\n"}) / "data.txt"
+    for text, size in (("a\nb\n", 2), ("a\nb\n", 2), ("a\nb\nc\n", 3)):
+        if data.read_text() != text:
+            data.write_text(text)
+        assert stored.stored_model(LINES, f'M(file = "{data}")').variables["x"].dims == (size,)

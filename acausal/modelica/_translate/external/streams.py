@@ -5,10 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from ...._errors import ModelError
+from ..._files_read import reads
 from ..tables.files import matrix
 
 
 def _lines(file: str) -> list[str]:
+    reads(Path(file))
     if not Path(file).is_file():
         raise ModelError(f"the file {file} does not exist.")
     return Path(file).read_text().splitlines()

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...._errors import ModelError
+from ..._files_read import reads
 
 _HEADER = re.compile(r"^\s*(?:double|float)\s+(\w+)\s*\(\s*(\d+)\s*,\s*(\d+)\s*\)")
 
@@ -15,6 +16,7 @@ _HEADER = re.compile(r"^\s*(?:double|float)\s+(\w+)\s*\(\s*(\d+)\s*,\s*(\d+)\s*\
 def matrix(file: str, name: str, delimiter: str = ",", header_lines: int = 0) -> Any:
     """The matrix of that name in a file."""
     path = Path(file)
+    reads(path)
     if not path.is_file():
         raise ModelError(f"the file {file} of the table {name} does not exist.")
     if path.suffix == ".csv":
