@@ -129,3 +129,20 @@ def test_a_relation_for_fixed_fixes_what_it_reads() -> None:
     assert simulate(load(text, "M"), 1.0, save="end")["x"][-1] == pytest.approx(2.0)
     with pytest.raises(ParameterError, match="k is fixed"):
         replace(load(text, "M"), {"k": 0.5})
+
+
+OPEN = """model Open
+  parameter Boolean used = true;
+  parameter Integer seed(fixed = false);
+  parameter Integer own = if used then seed else 7;
+  parameter Boolean big = own > 3;
+  Real y = own * time + (if big then 100 else 0);
+initial equation
+  seed = 5;
+end Open;
+"""
+
+
+@pytest.mark.parametrize(("model", "y"), [("Open", 105.0), ("Open(used = false)", 107.0)])
+def test_whole_parameters_may_follow_one_that_initial_equations_determine(model: str, y: float) -> None:
+    assert simulate(load(OPEN, model), 1.0, save="end")["y"][-1] == pytest.approx(y)

@@ -34,6 +34,7 @@ class KnownValues(Mapping[str, Value]):
         self.structural: set[str] = set()  # real parameters that are known
         self._found: dict[str, Value] = {}
         self._pending: set[str] = set()
+        self._open: frozenset[str] = frozenset()  # those that follow a parameter with fixed=false
         for variable in flat.variables.values():
             if variable.variability == "parameter" and is_external(variable, flat) and variable.binding is not None:
                 self._settle(variable.binding)
@@ -42,6 +43,8 @@ class KnownValues(Mapping[str, Value]):
                 self._settle_what_decides(e.Ref(variable.name))
         for x in flat.selecting:
             self._settle_what_decides(x)
+        discrete = [v for v in flat.variables.values() if v.variability == "parameter" and v.type != "Real"]
+        self._open = frozenset(variable.name for variable in discrete if not self._has_value(variable))
 
     def _settle_what_decides(self, x: Any) -> None:
         """Make the real parameters known on which an expression depends that must be known."""
@@ -63,13 +66,24 @@ class KnownValues(Mapping[str, Value]):
                         if inner is not None:
                             self._settle(inner)
 
+    def _has_value(self, variable: FlatVariable) -> bool:
+        try:
+            self.value_of(variable)
+        except NotKnown:
+            return False
+        except ModelError:  # an error occurs again where the value is needed
+            return True
+        return True
+
     def has(self, variable: FlatVariable) -> bool:
         """Whether the value of a variable is known."""
         if variable.variability == "constant":
             return True
         if variable.variability != "parameter" or variable.fixed == (False,):
             return False
-        if variable.type != "Real" or variable.name in self.structural:
+        if variable.type != "Real":
+            return variable.name not in self._open
+        if variable.name in self.structural:
             return True
         return variable.evaluate and self._reads_known(variable)
 
