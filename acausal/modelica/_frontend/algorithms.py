@@ -3,11 +3,12 @@
 from collections.abc import Iterator, Sequence
 
 from .._syntax import expressions as e
+from .._syntax.visits import parts_of
 from . import references
 from . import tree as t
 from .expressions import Expressions
 from .source import TextError
-from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, Typed, accepts, same_dims, written_dims
+from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, Typed, accepts, element, same_dims, written_dims
 
 
 class NeedsUnrolling(Exception):
@@ -53,7 +54,7 @@ class Statements:
         """The statements that one in the text means. Raises `TextError`."""
         match x:
             case t.Assignment():
-                return (self._assignment(x),)
+                return self._assignment(x)
             case t.CallEquation():
                 return (self.call(x.call),)
             case t.IfClause():
@@ -75,7 +76,7 @@ class Statements:
                 return (e.BreakStatement(),)
         raise self.here.error(x.at, "an equation is not allowed in an algorithm.")
 
-    def _assignment(self, x: t.Assignment) -> e.Statement:
+    def _assignment(self, x: t.Assignment) -> tuple[e.Statement, ...]:
         value = self.here.typed(x.right)
         if isinstance(x.left, t.Tuple):
             if len(x.left.elements) > max(len(value.results), 1):
@@ -88,19 +89,31 @@ class Statements:
                 None if left is None else self.target(left, result)
                 for left, result in zip(x.left.elements, value.results, strict=False)
             ]
-            return e.Assign(tuple(targets), value.x)
+            return (e.Assign(tuple(targets), value.x),)
         value = self.here.single(x.right)
-        target = self.target(x.left, value, x.right)
-        wanted = self.here.typed(x.left)
+        found, wanted = self._checked(x.left, value, x.right)
         if not accepts(wanted.type, value.type):
             from .calls import converted_to
 
             value = converted_to(self.here, wanted.type, value, x.at) or value
         check_discrete(self.here, x.left, wanted, value, is_when=self.in_when or self.is_function)
-        return e.Assign((target,), value.x)
+        if isinstance(wanted.x, e.ArrayOf) and not found.components[0].is_local:
+            return self._elements(x, wanted.x, value.x)
+        return (e.Assign((self._target(found, wanted, x.left),), value.x),)
+
+    def _elements(self, x: t.Assignment, left: e.ArrayOf, right: e.Expression) -> tuple[e.Statement, ...]:
+        """The assignments of a part of an array of components, one for each variable."""
+        found = list(_assigned(left, right))
+        names = {one.targets[0].name for one in found if one.targets[0] is not None}
+        if _reads(right, names):
+            raise self.here.error(x.at, f"{x.left} names several variables, and its value cannot read them.")
+        return tuple(found)
 
     def target(self, left: t.Expression, value: Typed, right: t.Expression | None = None) -> e.Target:
         """The variable that gets a value. Raises `TextError` if type or size do not fit."""
+        return self._target(*self._checked(left, value, right), left)
+
+    def _checked(self, left: t.Expression, value: Typed, right: t.Expression | None) -> tuple[references.Chain, Typed]:
         here = self.here
         if not isinstance(left, t.Reference):
             raise here.error(left.at, "only variables can be assigned.")
@@ -131,9 +144,9 @@ class Statements:
             raise here.error(
                 left.at, f"{left} has size {written_dims(wanted.dims)}, and cannot get {written_dims(value.dims)}."
             )
-        return self._target(found, wanted, left)
+        return found, wanted
 
-    def _target(self, found: references.Chain, wanted: Typed, left: t.Reference) -> e.Target:
+    def _target(self, found: references.Chain, wanted: Typed, left: t.Expression) -> e.Target:
         if found.components[0].is_local:
             # An array of records is a record of arrays where functions are executed.
             subs: list[e.Expression] = []
@@ -242,6 +255,18 @@ def when_condition(here: Expressions, condition: t.Expression, kinds: Sequence[s
             condition.at, "the condition of `when` must be discrete, as relations outside of `noEvent` are."
         )
     return found.x
+
+
+def _assigned(left: e.Expression, right: e.Expression) -> Iterator[e.Assign]:
+    if isinstance(left, e.ArrayOf):
+        for i, item in enumerate(left.elements):
+            yield from _assigned(item, element(right, [e.Const(i + 1)]))
+    elif isinstance(left, e.Ref):
+        yield e.Assign((e.Target(left.name, left.subs),), right)
+
+
+def _reads(x: object, names: set[str]) -> bool:
+    return (isinstance(x, e.Ref) and x.name in names) or any(_reads(part, names) for part in parts_of(x))
 
 
 def check_discrete(here: Expressions, left: t.Expression, wanted: Typed, value: Typed, *, is_when: bool) -> None:

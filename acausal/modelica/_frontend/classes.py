@@ -517,14 +517,13 @@ class Instance:
             if isinstance(self.tree.body, t.Short) or base.builtin or base.literals is not None:
                 yield from base.type_dims()
 
-    def type_causality(self) -> "Iterator[str]":
+    @ft.cached_property
+    def type_causality(self) -> tuple[str, ...]:
         """The prefixes `input` and `output` of short definitions, the outermost one first."""
         body = self.tree.body
-        if isinstance(body, t.Short) and body.causality:
-            yield body.causality
-        for base in self.bases:
-            if isinstance(body, t.Short) or base.builtin:
-                yield from base.type_causality()
+        own = (body.causality,) if isinstance(body, t.Short) and body.causality else ()
+        inherited = (base for base in self.bases if isinstance(body, t.Short) or base.builtin)
+        return sum((base.type_causality for base in inherited), own)
 
     def origin(self) -> "Instance":
         """The class that a chain of short definitions names in the end."""
@@ -722,7 +721,7 @@ class ComponentElement:
     @property
     def prototype(self) -> Instance:
         """The type, without the index of a member."""
-        return self.member(())
+        return self._members.get(()) or self.member(())
 
     def member(self, index: Index) -> Instance:
         """The type of a member of an array of components."""
@@ -773,13 +772,14 @@ class ComponentElement:
 
     @property
     def causality(self) -> str:
-        return next(self.causalities(), "") or (self.parent.causality if self.parent is not None else "")
+        own = self.causalities
+        return own[0] if own else self.parent.causality if self.parent is not None else ""
 
-    def causalities(self) -> Iterator[str]:
+    @property
+    def causalities(self) -> tuple[str, ...]:
         """The prefixes `input` and `output` of the declaration and of its type."""
-        if own := self.prefix("causality"):
-            yield own
-        yield from self.prototype.type_causality()
+        own = self.prefix("causality")
+        return ((own,) if own else ()) + self.type.instance.type_causality
 
     @property
     def connection(self) -> str:

@@ -292,33 +292,9 @@ class _WhenBody:
         raise self.here.error(x.at, "a statement is not allowed in an equation section.")
 
     def _equality(self, x: t.Equality) -> tuple[e.Statement, ...]:
-        statements = Statements(self.here, in_when=True)
-        value = self.here.typed(x.right)
-        if isinstance(x.left, t.Tuple):
-            return statements.statement(t.Assignment(x.left, x.right, x.at))
-        if isinstance(x.left, t.Reference):
-            return self._assigned(x.left, x, statements)
-        raise self.here.error(x.at, f"the left side of an equation in `when` must be a variable, not {value.type}.")
-
-    def _assigned(self, left: t.Reference, x: t.Equality, statements: Statements) -> tuple[e.Statement, ...]:
-        wanted = self.here.typed(left)
-        if isinstance(wanted.x, e.Ref):
-            return statements.statement(t.Assignment(left, x.right, x.at))
-        value = self.here.single(x.right)
-        if not accepts(wanted.type, value.type) or not same_dims(wanted.dims, value.dims):
-            raise self.here.error(x.at, "the sides of the equation have different types or sizes.")
-        return tuple(self._parts(wanted.x, value.x, x))
-
-    def _parts(self, left: e.Expression, right: e.Expression, x: t.Equality) -> Iterator[e.Statement]:
-        from .typed import element
-
-        if isinstance(left, e.ArrayOf):
-            for i, item in enumerate(left.elements):
-                yield from self._parts(item, element(right, [e.Const(i + 1)]), x)
-        elif isinstance(left, e.Ref):
-            yield e.Assign((e.Target(left.name, left.subs),), right)
-        else:
+        if not isinstance(x.left, t.Reference | t.Tuple):
             raise self.here.error(x.at, "the left side of an equation in `when` must be a variable.")
+        return Statements(self.here, in_when=True).statement(t.Assignment(x.left, x.right, x.at))
 
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]

@@ -340,7 +340,7 @@ class _Flattening:
 
     def _check_prefixes(self, component: ComponentElement) -> None:
         """Raises `TextError` for prefixes that contradict those of the type or around (section 4.4.2)."""
-        own = list(component.causalities())
+        own = component.causalities
         around = component.parent
         if len(set(own)) > 1:
             raise component.error(f"{component.name} has the prefix `{own[0]}`, but its type has `{own[1]}`.")

@@ -144,7 +144,13 @@ class Functions(Mapping[str, FlatFunction]):
         return kind.name
 
     def _constructor(self, name: str, instance: Instance) -> FlatFunction:
-        inputs = tuple(self._formal(component) for component in instance.components())
+        fields = list(instance.element.target().instance.components())
+        known = {
+            one.name: Typed(e.Ref(one.name), type_of(one.prototype), self._context.formal_sizes(one))
+            for one in fields
+            if one.variability != "constant" or one.modifier is None or one.modifier.binding is None
+        }
+        inputs = tuple(self._formal(one, known) for one in fields)
         return FlatFunction(name, inputs, (), (), (), True, None, instance.source.place(instance.tree.at))
 
     def _object(self, name: str, instance: Instance, constructor: Instance) -> FlatFunction:

@@ -17,7 +17,7 @@ from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance, Top
 from .expressions import Expressions
 from .functions import Functions
-from .modifiers import Binding, Index
+from .modifiers import Binding, Index, Modifier
 from .references import literal
 from .typed import (
     VARIABILITY,
@@ -361,10 +361,21 @@ class Context:
         return own.place
 
     def _has_own(self, component: ComponentElement) -> bool:
-        """Whether a modifier of a record gives the value of its field, with priority over that of the record."""
+        """Whether a modifier gives the value of a field, with priority over the outermost record with a value."""
+        found = False
+        names = [component.name]
         record = component.parent
-        modifier = record.modifier.get(component.name) if record is not None and record.modifier else None
-        return modifier is not None and modifier.binding is not None and not modifier.is_below
+        while record is not None and type_of(record.prototype).name == "record":
+            inner: Modifier | None = record.modifier
+            if inner is not None and inner.binding is not None:
+                is_below = False
+                for name in reversed(names):
+                    inner = None if inner is None else inner.get(name)
+                    is_below = is_below or (inner is not None and inner.is_below)
+                found = inner is not None and inner.binding is not None and not is_below
+            names.append(record.name)
+            record = record.parent
+        return found
 
     def bound(self, binding: Binding) -> Typed:
         """The value of a modifier, for the element of the arrays that the modifier has passed."""
@@ -407,11 +418,14 @@ class Context:
         names = [one.name for one in instance.components()]
         if isinstance(record.x, e.FunctionCall) and record.x.is_constructor and record.results:
             return record.results[names.index(name)]
-        if isinstance(record.x, e.Ref) and not record.x.subs and not record.dims:
-            found = self._field_of(record.x.name, name)
+        if isinstance(record.x, e.Ref) and not record.dims:
+            index = ",".join(str(sub.value) for sub in record.x.subs if isinstance(sub, e.Const))
+            path = record.x.name + (f"[{index}]" if index else "")
+            found = self._field_of(path, name)
             if found is not None:
                 inner = found
                 self.register(inner)
+                record = record._replace(x=e.Ref(path))
         x = field(record.x, name, names)
         sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
         if None in sizes and record.variability <= 1:

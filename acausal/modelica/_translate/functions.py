@@ -104,7 +104,10 @@ class Library:
         if constructor is None:
             return {}
         at = Scope(self, locals=self.constants)
-        return {item.name: self._initial(item, at) for item in constructor.inputs}
+        found: dict[str, Value] = {}
+        for item in constructor.inputs:
+            found[item.name] = self._initial(item, at.knowing(**found))
+        return found
 
 
 def _filled(zero: Value, sizes: Sequence[int]) -> Value:

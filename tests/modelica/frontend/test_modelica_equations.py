@@ -269,3 +269,10 @@ def test_wrong_declarations_are_refused(text_of_model: str, message: str) -> Non
     with pytest.raises(ModelicaError, match=message) as found:
         flat(f"model M {text_of_model} end M;")
     assert str(found.value).startswith("<model>.mo:1:")
+
+
+def test_a_part_of_an_array_of_components_is_assigned_variable_by_variable() -> None:
+    found = flat("record R Real x; end R; model M R r[2]; Real y[2] = {1, 2}; algorithm r.x := y; end M;")
+    assert text(found.algorithms[0].body) == "r[1].x := y[1]; r[2].x := y[2]"
+    with pytest.raises(ModelicaError, match="its value cannot read them"):
+        flat("record R Real x; end R; model M R r[2]; algorithm r.x := {r[2].x, r[1].x}; end M;")

@@ -162,3 +162,22 @@ def test_wrong_modifications_are_refused(text: str, message: str) -> None:
     with pytest.raises(ModelicaError, match=message) as found:
         flat(text)
     assert str(found.value).startswith("<model>.mo:1:")
+
+
+def test_fields_of_nested_records_get_the_value_of_the_outermost_record() -> None:
+    text = """
+        record F parameter Real v[:]; parameter Real w[size(v, 1)]; end F;
+        record G parameter F f(v = {0, 0}, w = {0, 0}); end G;
+        model C parameter G g; end C;
+        model M parameter G g(f = F(v = {1, 2, 3}, w = {4, 5, 6})); C c(g = g); C d(g = g, g.f.v = {7, 8, 9}); end M;"""
+    assert variables(text) == {
+        "g.f.v[3]": "{1, 2, 3}", "g.f.w[3]": "{4, 5, 6}", "c.g.f.v[3]": "g.f.v", "c.g.f.w[3]": "g.f.w",
+        "d.g.f.v[3]": "{7, 8, 9}", "d.g.f.w[3]": "g.f.w",
+    }  # fmt: skip
+
+
+def test_constructors_of_records_know_their_fields() -> None:
+    text = "record R Real x; Real y[:]; Real z[size(y, 1)] = 2*y; end R; model M R r = R(x = 1, y = {1, 2}); end M;"
+    inputs = flat(text).functions["R"].inputs
+    assert variables(text) == {"r.x": "1", "r.y[2]": "{1, 2}", "r.z[2]": "(2 * {1, 2})"}
+    assert repr(inputs[2].dims[0]) == "Builtin(name='Size', args=(Ref(name='y', subs=()), Const(value=1)))"
