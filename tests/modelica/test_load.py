@@ -11,6 +11,7 @@ import pytest
 
 from acausal import ParameterError, initialise, parameters, replace, simulate, structure
 from acausal.modelica import ModelicaError, load
+from acausal.modelica._translate import builtins
 
 TEXT = """
 package P
@@ -127,3 +128,10 @@ def test_replace_says_that_a_parameter_is_fixed() -> None:
     model = load("model A parameter Integer n = 2; parameter Real p = n; Real y[n] = fill(p * time, n); end A;", "A")
     with pytest.raises(ParameterError, match=r"^n is fixed, .* by a modifier when you load"):
         replace(model, {"n": 3})
+
+
+def test_values_of_parameters_need_no_compiled_programs(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(builtins, "jnp", None)
+    text = "model A parameter Real p = 2, q[2] = {p, 3 * p}, r = max(q) + sum(q); Real x(start = r, fixed = true); "
+    model = load(text + "equation der(x) = -x; end A;", "A")
+    assert model.r == 14.0
