@@ -1,5 +1,7 @@
 """`pre`, and when-clauses that become active at the same instant (Modelica 3.6, sections 3.7.5, 8.3.5, 8.5 and 8.6)."""
 
+from typing import Any
+
 import jax
 import numpy as np
 import pytest
@@ -122,3 +124,36 @@ def test_derivatives_of_a_left_limit_by_its_time() -> None:
     assert value(0.3) == pytest.approx(np.exp(-0.6), rel=1e-8)
     assert jax.jacfwd(value)(0.3) == pytest.approx(-2 * np.exp(-0.6), rel=1e-7)
     assert jax.grad(value)(0.3) == pytest.approx(-2 * np.exp(-0.6), rel=1e-7)
+
+
+ELEMENTS = """model Elements
+  discrete Real x[2](each start = 0, each fixed = true);
+  Integer n[2];
+  Clock c = Clock(0.25);
+  Real y[2](each start = 0);
+initial equation
+  n = {7, 8};
+equation
+  when time > 0.5 then
+    x[1] = 3;
+    n[1] = pre(n[1]) + 1;
+  end when;
+  when time > 0.7 then
+    x[2] = pre(x[1]) + 1;
+  end when;
+  when sample(0.1, 0.2) then
+    n[2] = pre(n[2]) + 1;
+  end when;
+  when c then
+    y[1] = previous(y[1]) + 1;
+    y[2] = previous(y[1]);
+  end when;
+end Elements;
+"""
+
+
+def test_clauses_set_elements_of_arrays() -> None:
+    solution: Any = simulate(load(ELEMENTS, "Elements"), 0.95, save=[0.0, 0.6, 0.95])
+    assert solution["x"].tolist() == [[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]]
+    assert solution["n"].tolist() == [[7.0, 8.0], [8.0, 11.0], [8.0, 13.0]]
+    assert solution["y"].tolist() == [[1.0, 0.0], [3.0, 2.0], [4.0, 3.0]]

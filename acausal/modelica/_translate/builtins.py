@@ -7,7 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from .values import Value, function, is_known, number, plain, product, stacked
+from .values import Value, function, is_known, number, plain, stacked
 
 
 def _xp(*args: Value) -> Any:
@@ -104,10 +104,6 @@ def _sum(a: Value) -> Value:
     return plain(_xp(a).sum(number(a))) if np.ndim(a) else a
 
 
-def _solve(a: Value, b: Value) -> Value:
-    return _xp(a, b).linalg.solve(a, b)
-
-
 FUNCTIONS: dict[str, Callable[..., Value]] = {
     "Abs": function(abs, jnp.abs),
     "Sign": _sign,
@@ -153,6 +149,4 @@ FUNCTIONS: dict[str, Callable[..., Value]] = {
     "Vector": lambda a: _xp(a).ravel(a),
     "Matrix": _matrix,
     "Homotopy": lambda actual, simplified: actual,
-    "Solve": _solve,
-    "Dot": product,
 }

@@ -52,8 +52,8 @@ class Inference:
         return x.name == "Sample" and (len(x.args) == 1 or self.is_clock(x.args[1]))
 
     def _variable(self, x: e.Ref) -> FlatVariable | None:
-        """The variable that a reference names, or an element of it; None for a part with several variables."""
-        return self.flat.variables.get(x.name) or self.flat.variables.get(x.name.rpartition("[")[0])
+        """The variable that a reference names; None for a part with several variables."""
+        return self.flat.variables.get(x.name)
 
     def names(self, x: e.Ref) -> Iterator[str]:
         """The variables that a reference names, without constants and parameters."""

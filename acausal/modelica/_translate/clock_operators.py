@@ -81,20 +81,14 @@ class Operators:
     def _each(self, x: Any, change: Callable[[str], str]) -> Any:
         """An expression whose variables are exchanged."""
         if isinstance(x, e.Ref):
-            name, subs = x.name, x.subs
-            if name not in self.variables and name != "time":
-                base, bracket, index = name.rpartition("[")
-                if not bracket or base not in self.variables:
-                    if any(self.inference.names(x)):
-                        raise ModelError(
-                            f"a clocked operator of {name}, which is no single variable, is not supported."
-                        )
-                    return x
-                name, subs = base, (*(e.Const(int(i)) for i in index[:-1].split(",")), *subs)
-            variable = self.variables.get(name)
+            variable = self.variables.get(x.name)
+            if variable is None and x.name != "time":
+                if any(self.inference.names(x)):
+                    raise ModelError(f"a clocked operator of {x.name}, which is no single variable, is not supported.")
+                return x
             if variable is not None and variable.variability in ("constant", "parameter"):
                 return x
-            return e.Ref(change(name), subs)
+            return e.Ref(change(x.name), x.subs)
         return mapped(x, lambda part: self._each(part, change))
 
     # Variables that events set

@@ -97,8 +97,8 @@ class _Rewriting:
             raise ModelError("a clocked when-clause has no elsewhen.")
         node = self.inference.clock(condition)
         self.inference.partitions.mark(node)
-        for names, value in _assigned(body).items():
-            self._take(FlatEquation(e.Binary("Sub", together(names), value), "", "when", None), node)
+        for targets, value in _assigned(body).items():
+            self._take(FlatEquation(e.Binary("Sub", together(targets), value), "", "when", None), node)
         for demand in assertions(body):
             self.inference.read(demand, node)
             self.asserts.append((demand, node))
@@ -174,7 +174,7 @@ def _assigned(body: e.Body) -> Values:
     for s in body:
         match s:
             case e.Assign():
-                found[tuple("" if t is None else t.name for t in s.targets)] = s.value
+                found[s.targets] = s.value
             case e.IfStatement():
                 found |= chosen(s, [_assigned(branch) for _, branch in branches_of(s)], before("Previous"))
             case e.Assert():

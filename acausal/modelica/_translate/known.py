@@ -11,9 +11,9 @@ from .._syntax.flat import FlatModelica, FlatVariable
 from .._syntax.visits import mapped, parts_of
 from .evaluate import evaluate
 from .functions import Library
-from .paths import PathTree, split, tree_of
+from .paths import PathTree, nested, split, tree_of
 from .scope import NotKnown, Scope
-from .values import Value, plain
+from .values import Value, plain, stacked
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
 _NUMBERS = ("Real", "Integer", "Boolean", "String")
@@ -152,17 +152,15 @@ class KnownValues(Mapping[str, Value]):
             raise KeyError(name)
         return self._whole(branch, name)
 
-    def _whole(self, branch: PathTree[FlatVariable] | list | None, name: str) -> Value:
+    def _whole(self, branch: PathTree[FlatVariable] | None, name: str) -> Value:
         """A record, or an array of records, all of whose fields are known."""
         if branch is None:
             raise KeyError(name)
-        if isinstance(branch, list):
-            return np.array([self._whole(item, name) for item in branch])
         if branch.item is not None:
             return self[branch.item.name]
         if branch.parts:
             return {part: self._whole(inner, name) for part, inner in branch.parts.items()}
-        return [self._whole(inner, name) for inner in branch.members.values()]
+        return nested({index: self._whole(inner, name) for index, inner in branch.members.items()}, stacked)
 
     def __iter__(self) -> Iterator[str]:
         return (name for name, variable in self.flat.variables.items() if self.has(variable))
@@ -198,12 +196,9 @@ def names_in(x: Any) -> Iterator[str]:
         yield from names_in(part)
 
 
-def variables_in(branch: Any) -> Iterator[FlatVariable]:
+def variables_in(branch: PathTree[FlatVariable] | None) -> Iterator[FlatVariable]:
     """The variables in a branch of the tree of variables."""
-    if isinstance(branch, list):
-        for item in branch:
-            yield from variables_in(item)
-    elif branch is not None:
+    if branch is not None:
         if branch.item is not None:
             yield branch.item
         for inner in (*branch.parts.values(), *branch.members.values()):

@@ -2,8 +2,8 @@
 
 import dataclasses
 import re
-from collections.abc import Callable, Iterable
-from typing import Generic, TypeVar
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 
@@ -28,21 +28,26 @@ class PathTree(Generic[T]):
     parts: "dict[str, PathTree[T]]" = dataclasses.field(default_factory=dict)
     members: "dict[Index, PathTree[T]]" = dataclasses.field(default_factory=dict)
 
-    def find(self, parts: list[tuple[str, Index]]) -> "PathTree[T] | list | None":
-        """The branch of a path. A list of branches, if the path leaves out the index of an array."""
-        if not parts:
-            return self
-        (name, index), *rest = parts
-        part = self.parts.get(name)
-        if part is None:
-            return None
-        if index:
-            member = part.members.get(index)
-            return None if member is None else member.find(rest)
-        if part.members and rest:
-            found = [member.find(rest) for member in part.members.values()]
-            return None if any(item is None for item in found) else found
-        return part.find(rest)
+    def find(self, parts: list[tuple[str, Index]]) -> "PathTree[T] | None":
+        """The branch of a path."""
+        found: PathTree[T] | None = self
+        for name, index in parts:
+            found = found.parts.get(name)
+            if found is not None and index:
+                found = found.members.get(index)
+            if found is None:
+                return None
+        return found
+
+
+def nested(members: Mapping[Index, Any], join: Callable[[list[Any]], Any]) -> Any:
+    """The array of members by index: those of each axis are joined."""
+    if all(len(index) == 1 for index in members):
+        return join(list(members.values()))
+    rows: dict[int, dict[Index, Any]] = {}
+    for (first, *rest), member in members.items():
+        rows.setdefault(first, {})[tuple(rest)] = member
+    return join([nested(row, join) for row in rows.values()])
 
 
 def tree_of(items: Iterable[T], path: Callable[[T], str]) -> PathTree[T]:

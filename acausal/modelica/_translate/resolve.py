@@ -10,14 +10,14 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatVariable
 from .._syntax.visits import mapped
+from .constants import constant
 from .evaluate import is_supported
 from .known import KnownValues
 from .leaves import ModelLeaf
-from .paths import PathTree, split
+from .paths import PathTree, nested, split
 from .scope import NotKnown
 from .slots import Previous, Slots
 from .statement_terms import resolved_body
-from .term_parts import constant, element, field, nested
 from .terms import Opaque, RecordOf, SlotValue
 from .values import Value, is_known
 
@@ -57,9 +57,9 @@ class _Resolution:
             case e.Builtin():
                 return self._builtin(x)
             case e.FieldOf():
-                return field(self.term(x.base), x.name)
+                return e.FieldOf(self.term(x.base), x.name)
             case e.Subscript():
-                return element(self.term(x.base), self._subs(x.subs))
+                return e.Subscript(self.term(x.base), self._subs(x.subs))
             case e.Comprehension():
                 inner = _Resolution(self.model, self.slots, self.local | {name for name, _ in x.indices})
                 return e.Comprehension(inner.term(x.body), tuple((name, self.term(over)) for name, over in x.indices))
@@ -78,7 +78,7 @@ class _Resolution:
         if x.name in self.local or head in self.local:
             return e.Ref(x.name, self._subs(x.subs))
         found = self._named(x.name)
-        return element(found, self._subs(x.subs)) if x.subs else found
+        return e.Subscript(found, self._subs(x.subs)) if x.subs else found
 
     def _named(self, name: str) -> Any:
         leaf = self.model.leaves.get(name)
@@ -91,23 +91,19 @@ class _Resolution:
             if 0 in variable.dims:
                 return constant(np.zeros(variable.dims), name)
             return constant(self.model.known.value_of(variable), name)
-        base, bracket, index = name.rpartition("[")
-        if bracket and index.endswith("]") and base in self.model.leaves:
-            return element(self._named(base), tuple(e.Const(int(i)) for i in index[:-1].split(",")))
         return self._whole(self.model.known.tree.find(split(name)), name)
 
-    def _whole(self, branch: PathTree[FlatVariable] | list | None, name: str) -> Any:
+    def _whole(self, branch: PathTree[FlatVariable] | None, name: str) -> Any:
         if branch is None:
             raise ModelError(f"the name {name} is unknown.")
-        if isinstance(branch, list):
-            return e.ArrayOf(tuple(self._whole(item, name) for item in branch), "array")
         if branch.item is not None:
             return self._named(branch.item.name)
         if branch.parts:
             return RecordOf(tuple((part, self._whole(inner, name)) for part, inner in branch.parts.items()))
         if not branch.members:
             raise ModelError(f"the name {name} is unknown.")
-        return nested([self._whole(inner, name) for inner in branch.members.values()], list(branch.members))
+        members = {index: self._whole(inner, name) for index, inner in branch.members.items()}
+        return nested(members, lambda items: e.ArrayOf(tuple(items), "array"))
 
     def _if(self, x: e.If) -> Any:
         branches = []
@@ -151,7 +147,7 @@ class _Resolution:
         if isinstance(x, e.Ref) and x.name in self.local and x.name in self.model.leaves:
             x = e.Ref(x.name, x.subs)  # an output of an algorithm: its value before
             found = self._named(x.name)
-            return self._previous(element(found, self._subs(x.subs)) if x.subs else found)
+            return self._previous(e.Subscript(found, self._subs(x.subs)) if x.subs else found)
         return self._previous(self.term(x))
 
     def _previous(self, found: Any) -> Any:

@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 
 from .._syntax import expressions as e
 
-Names: TypeAlias = tuple[str, ...]  # that one equation sets together
-Values: TypeAlias = dict[Names, Any]
+Targets: TypeAlias = tuple[e.Target | None, ...]  # that one equation sets together; None for a result that is dropped
+Values: TypeAlias = dict[Targets, Any]
 
 
 def branches_of(s: e.IfStatement) -> Iterator[tuple[tuple[e.Expression, ...], e.Body]]:
@@ -20,15 +20,16 @@ def branches_of(s: e.IfStatement) -> Iterator[tuple[tuple[e.Expression, ...], e.
     yield earlier, s.otherwise
 
 
-def chosen(s: e.IfStatement, values: Sequence[Mapping[Names, Any]], kept: Callable[[Names], Any]) -> Values:
+def chosen(s: e.IfStatement, values: Sequence[Mapping[Targets, Any]], kept: Callable[[Targets], Any]) -> Values:
     """The values that an `if` gives to variables, from those of its branches. A branch keeps what it does not set."""
     *inner, other = values
 
-    def value(names: Names) -> e.Expression:
+    def value(targets: Targets) -> e.Expression:
+        before = kept(targets)
         branches = zip(s.blocks, inner, strict=True)
-        return e.If(tuple((c, own.get(names, kept(names))) for (c, _), own in branches), other.get(names, kept(names)))
+        return e.If(tuple((c, own.get(targets, before)) for (c, _), own in branches), other.get(targets, before))
 
-    return {names: value(names) for names in dict.fromkeys(names for own in values for names in own)}
+    return {targets: value(targets) for targets in dict.fromkeys(targets for own in values for targets in own)}
 
 
 def assertions(body: e.Body, given: Iterable[e.Expression] = ()) -> Iterator[e.Assert]:
@@ -52,15 +53,15 @@ def without_assertions(body: e.Body) -> e.Body:
     )
 
 
-def together(names: Names, each: Callable[[e.Ref], e.Expression] = lambda name: name) -> e.Expression:
-    """The values that one equation sets together, from that of each name. A result that is not used has no name."""
-    found = tuple(each(e.Ref(name)) if name else None for name in names)
+def together(targets: Targets, each: Callable[[e.Ref], e.Expression] = lambda ref: ref) -> e.Expression:
+    """The values that one equation sets together, from that of each target."""
+    found = tuple(None if target is None else each(e.Ref(target.name, target.subs)) for target in targets)
     return found[0] if len(found) == 1 and found[0] is not None else e.TupleOf(found)
 
 
-def before(operator: str) -> Callable[[Names], e.Expression]:
-    """The values that `pre` or `previous` gives to names."""
-    return lambda names: together(names, lambda name: e.Builtin(operator, (name,)))
+def before(operator: str) -> Callable[[Targets], e.Expression]:
+    """The values that `pre` or `previous` gives to targets."""
+    return lambda targets: together(targets, lambda ref: e.Builtin(operator, (ref,)))
 
 
 def implied(given: Iterable[e.Expression], condition: e.Expression) -> e.Expression:

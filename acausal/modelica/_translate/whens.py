@@ -6,7 +6,7 @@ at which the condition becomes true (Modelica 3.6, section 8.3.5 and appendix B)
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..._errors import ModelError
@@ -15,7 +15,7 @@ from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import mapped
 from .previous_at_start import PreviousAtStart, previous_at_start
 from .statement_branches import (
-    Names,
+    Targets,
     Values,
     all_of,
     any_of,
@@ -87,8 +87,9 @@ class Lowering:
         sections = [(algorithm, self._algorithm(algorithm)) for algorithm in flat.algorithms]
         bodies = [self._when_equations(when) for when in flat.whens]
         self._initial_values()
+        initial = dict(out.initial)
         for assigned in bodies:
-            self._assigned(assigned)
+            self._assigned(assigned, initial)
         for _, algorithm in sections:
             out.algorithms.append(algorithm)
         for demand in flat.asserts:
@@ -164,22 +165,19 @@ class Lowering:
             FlatEquation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None)
         )
 
-    def _when_equations(self, when: e.WhenClause) -> dict[Names, list[tuple[str, Any]]]:
+    def _when_equations(self, when: e.WhenClause) -> dict[Targets, list[tuple[str, Any]]]:
         """The variables that a when-clause sets: for each, the names of the active conditions with the values."""
         earlier: list[Any] = []
-        found: dict[Names, list[tuple[str, Any]]] = {}
+        found: dict[Targets, list[tuple[str, Any]]] = {}
         for condition, body in when.blocks:
             edge = self._edges(condition)
             active = self._variable("active", "Boolean")
             none = [e.Unary("Not", e.Ref(name)) for name in earlier]
             self._state(active, all_of([edge, *none]), "")
             earlier.append(active)
-            for names, value in self._values(body, active).items():
-                found.setdefault(names, []).append((active, value))
-        for names in found:
-            self.out.discrete.update(
-                name.partition("[")[0] if name not in self.flat.variables else name for name in names
-            )
+            for targets, value in self._values(body, active).items():
+                found.setdefault(targets, []).append((active, value))
+        self.out.discrete.update(target.name for targets in found for target in targets if target is not None)
         return found
 
     def _taken(self, body: e.Body, active: str, given: Sequence[Any]) -> str:
@@ -197,7 +195,7 @@ class Lowering:
         for s in body:
             match s:
                 case e.Assign():
-                    found[tuple("" if t is None else t.name for t in s.targets)] = s.value
+                    found[s.targets] = s.value
                 case e.Reinit():
                     self.out.resets.append(Reset(active, s.state, s.value))
                 case e.Assert():
@@ -213,15 +211,18 @@ class Lowering:
                     raise ModelError(f"a {type(s).__name__.lower()} in a when-clause is not supported.")
         return found
 
-    def _assigned(self, assigned: dict[Names, list[tuple[str, Any]]]) -> None:
-        for names, values in assigned.items():
+    def _assigned(self, assigned: dict[Targets, list[tuple[str, Any]]], initial: Mapping[str, Any]) -> None:
+        for targets, values in assigned.items():
             branches: list[tuple[Any, Any]] = [(e.Ref(active), self._sampled(value)) for active, value in values]
-            if len(names) == 1 and names[0] in self.out.initial:
-                branches.insert(0, (INITIAL, self.out.initial.pop(names[0])))
-            right = e.If(tuple(branches), before("Pre")(names))
+            first = targets[0]
+            if len(targets) == 1 and first is not None and first.name in initial:
+                start = initial[first.name]
+                self.out.initial.pop(first.name, None)
+                branches.insert(0, (INITIAL, e.Subscript(start, first.subs) if first.subs else start))
+            right = e.If(tuple(branches), before("Pre")(targets))
             # Relations in a when-clause cause no events of their own.
             right = e.Builtin("NoEvent", (right,))
-            self.out.equations.append(FlatEquation(e.Binary("Sub", together(names), right), "", "when", None))
+            self.out.equations.append(FlatEquation(e.Binary("Sub", together(targets), right), "", "when", None))
 
     # When-clauses in algorithms
 
