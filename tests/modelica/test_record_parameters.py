@@ -1,10 +1,14 @@
 """Parameters of records select equations, components, sizes and ranges by the values that modifiers give them."""
 
+from typing import Any
+
+import jax
 import pytest
 from numpy.testing import assert_allclose
 
-from acausal import parameters, simulate
+from acausal import parameters, replace, simulate
 from acausal.modelica import load
+from acausal.modelica._translate.functions import Library
 
 TEXT = """
 package P
@@ -76,3 +80,40 @@ def test_the_value_of_a_field_selects(declared: str, expected: dict[str, tuple[i
         assert members == {f"{name}.p[{i}].y" for i in range(1, m + 1)} | {f"{name}.{'present' if on else 'absent'}.y"}
         assert_allclose(solution[f"{name}.z"][-1], z)
         assert solution[f"{name}.w"][-1] == w
+
+
+CALLED = """package Called
+  record Data
+    Real a, b, c, d;
+  end Data;
+  function made
+    input Real k;
+    output Data y;
+  algorithm
+    y := Data(k, 2 * k, 3 * k, 4 * k);
+  end made;
+  model Whole
+    parameter Real k = 2;
+    parameter Data data = made(k);
+    Real x(start = data.d, fixed = true);
+  equation
+    der(x) = -data.a;
+  end Whole;
+end Called;
+"""
+
+
+def test_a_call_that_gives_a_record_is_evaluated_once_for_all_its_fields(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[str] = []
+    original = Library._results
+
+    def counted(self: Library, function: Any, given: Any) -> Any:
+        calls.append(function.name)
+        return original(self, function, given)
+
+    monkeypatch.setattr(Library, "_results", counted)
+    model = load(CALLED, "Called.Whole")
+    assert calls.count("Called.made") == 1
+    assert [float(getattr(model.data, name)) for name in "abcd"] == [2.0, 4.0, 6.0, 8.0]
+    slope = jax.grad(lambda k: simulate(replace(model, {"k": k}), 1.0, save="end")["x"][-1])
+    assert slope(2.0) == pytest.approx(3.0)

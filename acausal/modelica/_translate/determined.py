@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._tracing import is_traced
-from .evaluate import evaluate
 from .leaves import ModelLeaf
 from .scope import FunctionLibrary, Scope
+from .shared_calls import SharedCalls
 from .tree import attribute_path
 from .values import number
 
@@ -43,10 +43,12 @@ class Determined:
 
         def determine(leaves: Sequence[Any]) -> Sequence[Any]:
             new = list(leaves)
+            calls = SharedCalls()
             for place, is_start, term, reads in steps:
                 if not is_start or new[place] is None:
                     values = [_scalar(new[i]) for i in reads]
-                    new[place] = jnp.asarray(number(evaluate(term, Scope(self._functions, values))), float)
+                    value = calls.value(term, Scope(self._functions, values), tuple(reads))
+                    new[place] = jnp.asarray(number(value), float)
             return new
 
         return determine if steps else None

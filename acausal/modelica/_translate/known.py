@@ -9,10 +9,10 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
 from .._syntax.visits import mapped, parts_of
-from .evaluate import evaluate
 from .functions import Library
 from .paths import PathTree, nested, split, tree_of
 from .scope import NotKnown, Scope
+from .shared_calls import SharedCalls
 from .values import Value, plain, stacked
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
@@ -33,6 +33,7 @@ class KnownValues(Mapping[str, Value]):
         self.library = Library(flat.functions, self)
         self.structural: set[str] = set()  # real parameters that are known
         self._found: dict[str, Value] = {}
+        self._calls = SharedCalls()
         self._pending: set[str] = set()
         self._open: frozenset[str] = frozenset()  # those that follow a parameter with fixed=false
         for variable in flat.variables.values():
@@ -99,7 +100,7 @@ class KnownValues(Mapping[str, Value]):
 
     def value(self, x: Any, **names: Value) -> Value:
         """The value of an expression. Raises `NotKnown`."""
-        return evaluate(self._sized(x), Scope(self.library, locals=self).knowing(**names))
+        return self._calls.value(self._sized(x), Scope(self.library, locals=self).knowing(**names))
 
     def _sized(self, x: Any) -> Any:
         """An expression with the sizes of variables, which are known even where their values are not."""
@@ -147,10 +148,12 @@ class KnownValues(Mapping[str, Value]):
                 return self.value_of(variable)
             except NotKnown as missing:
                 raise KeyError(name) from missing
-        branch = self.tree.find(split(name))
-        if not all(self.has(variable) for variable in variables_in(branch)):
-            raise KeyError(name)
-        return self._whole(branch, name)
+        if name not in self._found:
+            branch = self.tree.find(split(name))
+            if not all(self.has(variable) for variable in variables_in(branch)):
+                raise KeyError(name)
+            self._found[name] = self._whole(branch, name)
+        return self._found[name]
 
     def _whole(self, branch: PathTree[FlatVariable] | None, name: str) -> Value:
         """A record, or an array of records, all of whose fields are known."""

@@ -105,7 +105,7 @@ class ModelLeaves:
             values = [self._parameter_value(other, its_leaf, [*path, variable.name]) for other, its_leaf in others]
             if any(value is None for value in values):
                 return self._becomes_variable(variable)
-            value = self._model.value(term, values)
+            value = self._model.value(term, reads)
             if reads:
                 self._model.determined.add(leaf, term, reads)
         leaf.value = as_leaf(shaped(value, variable))

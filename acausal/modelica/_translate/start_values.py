@@ -46,7 +46,7 @@ class StartValues:
             term, reads = self._model.term(leaf.variable.start)
             if any(other.role != "param" for other in reads):
                 continue
-            self._set(leaf, self._model.value(term, [other.value for other in reads]))
+            self._set(leaf, self._model.value(term, reads))
             if leaf.value is not None or leaf.variable.name in self._model.clocked.stored:
                 self._model.determined.add_start(leaf, term, reads)
             elif leaf.is_discrete:
@@ -72,7 +72,7 @@ class StartValues:
         term, reads = self._model.term(right)
         if any(other.role != "param" for other in reads):
             return False
-        value = self._model.value(term, [other.value for other in reads])
+        value = self._model.value(term, reads)
         if isinstance(value, dict) or np.shape(value) not in ((), leaf.dims):
             return False
         assert leaf.variable is not None

@@ -12,12 +12,12 @@ from .clocks import Clocked, without_clocks
 from .connectors import Connectors
 from .determined import Determined
 from .discrete_starts import with_starts
-from .evaluate import evaluate
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .resolve import Resolver
 from .scope import Scope
 from .semilinear import without_chains
+from .shared_calls import SharedCalls
 from .slots import Previous, Slots
 from .tree import attribute_path
 from .values import Value, number, plain
@@ -43,6 +43,7 @@ class Translation:
     equations: list[FlatEquation]
     determined: Determined
     connectors: Connectors
+    calls: SharedCalls = dataclasses.field(default_factory=SharedCalls)
 
     @classmethod
     def of(cls, flat: FlatModelica) -> "Translation":
@@ -69,10 +70,11 @@ class Translation:
         slots = Slots()
         return self.resolver.term(x, slots), slots.leaves
 
-    def value(self, term: Any, values: Sequence[Value]) -> Value:
-        """The value of a term, where truths are numbers, for known values of its slots."""
-        known = [plain(np.asarray(value)) for value in values]
-        return number(evaluate(term, Scope(self.known.library, known)))
+    def value(self, term: Any, leaves: Sequence[ModelLeaf]) -> Value:
+        """The value of a term, where truths are numbers, for the values of the leaves of its slots."""
+        known = [plain(np.asarray(leaf.value)) for leaf in leaves]
+        key = tuple(leaf.path for leaf in leaves)
+        return number(self.calls.value(term, Scope(self.known.library, known), key))
 
     def path(self, name: str) -> str:
         """The path of the leaf of a variable."""
