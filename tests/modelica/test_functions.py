@@ -183,6 +183,13 @@ def test_a_function_returns_early(name: str, args: tuple[Any, ...], y: float) ->
     assert_allclose(jax.jit(lambda *traced: jnp.asarray(value(library, name, *traced)))(*args), y)
 
 
+def test_values_of_results_may_read_local_variables() -> None:
+    text = """model M function f input Real x; output Real y = 2 * p; protected Real q = p + 1; Real p = 3 * x;
+        algorithm y := y + q; end f; Real y = f(time); end M;"""
+    functions = Library(flat_model(text, "M").functions)
+    assert functions.call("f", (2.0,)) == (19.0,)
+
+
 def test_a_violated_assertion_is_an_error_or_not_a_number(library: Library) -> None:
     with pytest.raises(ModelError, match="assertion failed: x is negative"):
         value(library, "checked", -1.0)

@@ -1,7 +1,8 @@
 """Operators and functions of the language (Modelica 3.6, sections 3.7, 10.3 and chapter 16): types and sizes."""
 
+import contextlib
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -64,8 +65,6 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     for key, value in x.named:
         names = _NAMES.get(name, ("x",))
         if name in ("String", "Clock"):
-            if name == "String" and key not in _TEXT:
-                raise here.error(value.at, f"`String` has no argument {key}.")
             given.append(value)
             continue
         if key not in names or names.index(key) < len(x.args):
@@ -453,17 +452,49 @@ def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 
 def _text(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+    if args[0].type.name == "record" and not args[0].dims:
+        return _text_of_record(here, x, args[0])
     if args[0].dims or args[0].type.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
         raise here.error(x.at, f"`String` needs a scalar, not a value of type {args[0].type}.")
     if len(x.args) > 1:
         raise here.error(x.args[1].at, "the further arguments of `String` need their names, as in `format = ...`.")
     for (key, value), arg in zip(x.named, args[len(x.args) :], strict=True):
+        if key not in _TEXT:
+            raise here.error(value.at, f"`String` has no argument {key}.")
         if arg.type.name != _TEXT[key] or arg.dims:
             raise here.error(value.at, f"the argument {key} of `String` must be of type {_TEXT[key]}, not {arg.type}.")
     variability = max(arg.variability for arg in args)
     if args[0].type.name == "enumeration":
         return Typed(_literal_name(args[0]), STRING, (), variability)
+    if x.named and variability <= PARAMETER:
+        with contextlib.suppress(NotKnown):
+            values = [here.context.value(arg.x) for arg in args]
+            for arg in args:
+                here.context.select(arg.x)
+            return constant(_formatted(values[0], dict(zip([key for key, _ in x.named], values[1:], strict=True))))
     return Typed(e.Text(args[0].x), STRING, (), variability)
+
+
+def _formatted(value: Any, options: dict[str, Any]) -> str:
+    """A number as a text, with the options of `String` (section 3.7.1.2)."""
+    if "format" in options:
+        found = f"%{options['format']}" % value
+    elif isinstance(value, bool):
+        found = str(value).lower()
+    elif isinstance(value, float):
+        found = f"{value:.{options.get('significantDigits', 6)}g}"
+    else:
+        found = str(value)
+    width = options.get("minimumLength", 0)
+    return found.ljust(width) if options.get("leftJustified", True) else found.rjust(width)
+
+
+def _text_of_record(here: "Expressions", x: t.Call, arg: Typed) -> Typed:
+    """The operator 'String' of an operator record."""
+    from . import calls
+
+    assert arg.type.instance is not None
+    return calls.fitting(here, calls.operators(arg.type.instance, "'String'"), f"operator 'String' of {arg.type}", x)
 
 
 def _literal_name(arg: Typed) -> e.Expression:
@@ -556,7 +587,7 @@ FUNCTIONS: dict[str, tuple[int, int, _Handler]] = {
     "pre": (1, 1, _previous),
     "edge": (1, 1, _previous), "change": (1, 1, _previous), "previous": (1, 1, _previous), "initial": (0, 0, _truth),
     "terminal": (0, 0, _truth), "sample": (1, 2, _sample), "smooth": (2, 2, _smooth), "homotopy": (2, 2, _homotopy),
-    "semiLinear": (3, 3, _semilinear), "delay": (2, 3, _delay), "String": (1, 4, _text), "Clock": (0, 3, _clock),
+    "semiLinear": (3, 3, _semilinear), "delay": (2, 3, _delay), "String": (1, 9, _text), "Clock": (0, 3, _clock),
     **dict.fromkeys(("hold", "noClock", "subSample", "superSample", "shiftSample", "backSample"), (1, 3, _clocked)),
     "interval": (0, 1, _tick), "firstTick": (0, 1, _tick), "inStream": (1, 1, _stream), "actualStream": (1, 1, _stream),
     "cardinality": (1, 1, _cardinality), "getInstanceName": (0, 0, _instance_name), "pure": (1, 1, _same),

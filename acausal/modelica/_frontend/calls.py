@@ -59,7 +59,7 @@ def call_of(here: "Expressions", element: ClassElement, x: t.Call) -> Typed:
     if is_external_object(instance):
         return _object(here, instance, x)
     if instance.kind == "operator":
-        return _fitting(here, functions_in(instance), f"function of the operator {instance.name}", x)
+        return fitting(here, functions_in(instance), f"function of the operator {instance.name}", x)
     if instance.literals is not None:
         return _enumeration(here, instance, x)
     if instance.encloser is not None and is_external_object(instance.encloser):
@@ -392,10 +392,10 @@ def _overloaded(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
             raise function.error(
                 function.tree.at, f"the constructor {function.name} must have one output, of type {instance.name}."
             )
-    return _fitting(here, functions, f"constructor of {instance.name}", x)
+    return fitting(here, functions, f"constructor of {instance.name}", x)
 
 
-def _fitting(here: "Expressions", functions: Sequence[Instance], what: str, x: t.Call) -> Typed:
+def fitting(here: "Expressions", functions: Sequence[Instance], what: str, x: t.Call) -> Typed:
     """The call of the one function that fits the arguments."""
     errors: list[TextError] = []
     for function in functions:

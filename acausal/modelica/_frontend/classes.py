@@ -273,7 +273,7 @@ class Instance:
         is_protected = tree.is_protected if tree else False
         found = ClassElement(name, self, self, self.top, load, is_protected=is_protected)
         if tree is not None and tree.constraint is not None and (outer is None or outer.redeclaration is None):
-            outer = merged(outer, _constraint_modifier(tree, self))
+            outer = merged(outer, _below_own(tree, self, _constraint_modifier(tree, self)))
         if outer is None:
             return found
         if tree is not None:
@@ -305,7 +305,7 @@ class Instance:
             return new
         constraint = _constraint_modifier(found.tree, found.definition_scope)
         own = dataclasses.replace(outer, redeclaration=None) if outer and outer.elements else None
-        new.modifier = merged(own, constraint)
+        new.modifier = merged(own, _below_own(tree, redeclaration.scope, constraint))
         return new
 
     def _check_changed(self, name: str, tree: t.Class | t.Component, outer: Modifier) -> None:
@@ -586,12 +586,10 @@ class Instance:
     def _imported_as(self, name: str) -> "ClassElement | ComponentElement | None":
         body = self.tree.body
         imports = [x for x in body.elements if isinstance(x, t.Import)] if isinstance(body, t.Long) else []
-        named = [one for one in imports if one.names is not None and name in one.names]
-        if len(named) > 1:
-            raise self.error(named[1].at, f"{self.name} imports {name} twice.")
-        for clause in named:
-            parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
-            return self.top.find_path(parts, self, clause.at)
+        for clause in imports:
+            if clause.names is not None and name in clause.names:
+                parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
+                return self.top.find_path(parts, self, clause.at)
         several: list[ClassElement | ComponentElement] = []
         for clause in imports:
             if clause.names is None:
@@ -917,6 +915,13 @@ def _constraint_modifier(tree: t.Class | t.Component, scope: "Instance | Top") -
     if isinstance(tree, t.Class) and isinstance(tree.body, t.Short):
         return modifier_of(tree.body.modification, scope)
     return None
+
+
+def _below_own(tree: t.Class, scope: "Instance", constraint: Modifier | None) -> Modifier | None:
+    """The modifier of a constraint, over which that of the short definition itself has priority."""
+    body = tree.body
+    own = modifier_of(body.modification, scope) if constraint and isinstance(body, t.Short) else None
+    return merged(own, constraint)
 
 
 def _at(element: ClassElement | ComponentElement) -> int:

@@ -203,7 +203,9 @@ class _Flattening:
     def _collect_component(self, component: ComponentElement) -> None:
         if not self.context.is_present(component):
             return
-        if component.is_outer and not component.is_inner:
+        if component.is_outer and component.is_inner:
+            self.context.inner(component, self.root, component.tree.at)
+        elif component.is_outer:
             self._outer(component)
             return
         kind = type_of(component.prototype)

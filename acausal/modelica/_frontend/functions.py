@@ -76,14 +76,13 @@ class Functions(Mapping[str, FlatFunction]):
         from .expressions import Expressions
 
         known, extra = _bound(functions)
-        inputs: list[Formal] = []
         outputs: list[Formal] = []
         own: list[Formal] = []
         check_annotations(instance)
-        for component in _in_order([one for one in instance.components() if one.name not in functions]):
-            if component.causality == "input":
-                inputs.append(self._formal(component, known))
-            elif component.causality == "output":
+        components = [one for one in instance.components() if one.name not in functions]
+        inputs = [self._formal(one, known) for one in components if one.causality == "input"]
+        for component in _in_order([one for one in components if one.causality != "input"]):
+            if component.causality == "output":
                 outputs.append(self._formal(component, known))
             else:
                 own.append(self._formal(component, known))

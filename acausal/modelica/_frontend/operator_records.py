@@ -28,7 +28,7 @@ def binary(here: "Expressions", x: t.Binary, left: Typed, right: Typed) -> Typed
     """`a op b`, where one is an operator record (section 14.4)."""
     name = f"'{x.op.removeprefix('.')}'"
     found = _elementwise(here, name, [left, right])
-    if found is None and x.op == "*" and len(left.dims) + len(right.dims) > 2:
+    if found is None and x.op == "*" and left.dims and right.dims:
         found = _matrix_product(here, x, left, right)
     if found is None:
         raise here.error(x.at, f"there is no operator {name} for values of type {left.type} and {right.type}.")

@@ -291,9 +291,13 @@ class _Global:
                 outer.append(sub)
         inner_dims: list[int | None] = []
         items: list[e.Expression] = []
+        sizes_found: set[Dims] = set()
         for index in _product(chosen):
             inner_dims = []
             items.append(self._member(i, component, index, inner_dims))
+            sizes_found.add(tuple(inner_dims))
+        if len(sizes_found) > 1:
+            raise self.here.error(self.at, f"the elements of {component.name} have different sizes here.")
         if not items:  # an empty array: its elements have the sizes of the prototype
             self._member(i, component, (), inner_dims)
         written = [len(one) for one, sub in zip(chosen, (*subs, *[e.Colon()] * len(sizes)), strict=False)

@@ -324,8 +324,6 @@ class Context:
             raise error(f"{component.name} is of type {kind}, but its value is of type {value.type}.")
         dims = self.sizes(component)
         if not same_dims(value.dims, dims):
-            if component.modifier and component.modifier.binding and component.modifier.binding.is_each:
-                return self.repeated(value, dims)
             raise error(
                 f"{component.name} has size {written_dims(dims)}, but its value has size {written_dims(value.dims)}."
             )

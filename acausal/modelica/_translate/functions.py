@@ -70,8 +70,15 @@ class Library:
     def _results(self, function: FlatFunction, given: dict[str, Value]) -> tuple[Value, ...]:
         names = dict(given)
         at = Scope(self, locals=self.constants)
-        for formal in (*function.outputs, *function.locals):
-            names[formal.name] = self._initial(formal, at.knowing(**names))
+        waiting = [*function.outputs, *function.locals]
+        while waiting:  # a value may read that of a variable further down
+            formal = waiting.pop(0)
+            try:
+                names[formal.name] = self._initial(formal, at.knowing(**names))
+            except NotKnown as missing:
+                if not any(str(missing) == other.name for other in waiting):
+                    raise
+                waiting.append(formal)
         execute(function.body, names, at, is_whole=True)
         return tuple(names[formal.name] for formal in function.outputs)
 

@@ -276,3 +276,34 @@ def test_a_part_of_an_array_of_components_is_assigned_variable_by_variable() -> 
     assert text(found.algorithms[0].body) == "r[1].x := y[1]; r[2].x := y[2]"
     with pytest.raises(ModelicaError, match="its value cannot read them"):
         flat("record R Real x; end R; model M R r[2]; algorithm r.x := {r[2].x, r[1].x}; end M;")
+
+
+def test_options_of_string_shape_known_values() -> None:
+    found = variables("""model M parameter Integer n = 12;
+        parameter String a = String(n, minimumLength = 5), b = String(n, minimumLength = 5, leftJustified = false);
+        parameter String c = String(3.14159, significantDigits = 3), d = String(2.5, format = "6.2f");
+        parameter String e = String(n); end M;""")
+    assert found == {"n": "12", "a": "'12   '", "b": "'   12'", "c": "'3.14'", "d": "'  2.50'", "e": "String(n)"}
+
+
+OPERATORS = """
+    operator record C Real r;
+      encapsulated operator '+' import C; function f input C a; input C b; output C c; algorithm c.r := a.r + b.r;
+        end f; end '+';
+      encapsulated operator '*' import C; function f input C a; input C b; output C c; algorithm c.r := a.r * b.r;
+        end f; end '*';
+      encapsulated operator function 'String' import C; input C a; output String s; algorithm s := String(a.r);
+        end 'String';
+    end C; """
+
+
+def test_arrays_and_texts_of_operator_records() -> None:
+    assert variables(OPERATORS + "model M parameter C a[2], p = a*a; parameter String s = String(a[1]); end M;") == {
+        "a[1].r": None, "a[2].r": None, "s": "C.'String'(a[1])",
+        "p.r": "(C.'+'.f(C.'*'.f(a[1], a[1]), C.'*'.f(a[2], a[2]))).r",
+    }  # fmt: skip
+
+
+def test_arrays_of_different_sizes_are_no_array() -> None:
+    with pytest.raises(ModelicaError, match="the elements of a have different sizes here"):
+        flat("model A parameter Integer n; Real x[n]; end A; model M A a[2](n = {1, 2}); Real s[2, 2] = a.x; end M;")

@@ -181,3 +181,17 @@ def test_constructors_of_records_know_their_fields() -> None:
     inputs = flat(text).functions["R"].inputs
     assert variables(text) == {"r.x": "1", "r.y[2]": "{1, 2}", "r.z[2]": "(2 * {1, 2})"}
     assert repr(inputs[2].dims[0]) == "Builtin(name='Size', args=(Ref(name='y', subs=()), Const(value=1)))"
+
+
+def test_a_redeclaration_has_priority_over_the_modifier_of_the_constraint() -> None:
+    text = """
+        model A parameter Real p = 1; parameter Real q = 2; end A;
+        model C replaceable model T = A constrainedby A(p = 6, q = 7); T t; end C;
+        model M C c; C d(redeclare model T = A(p = 4)); end M;"""
+    assert variables(text) == {"c.t.p": "6", "c.t.q": "7", "d.t.p": "4", "d.t.q": "7"}
+
+
+def test_each_is_no_value_for_all_elements_of_an_array() -> None:
+    text = "model A parameter Real x = 1; end A; model M A a[3](each x = {1, 2, 3}); end M;"
+    with pytest.raises(ModelicaError, match="x has size a scalar, but its value has size"):
+        flat(text)

@@ -42,6 +42,7 @@ PREFIXES = [
 ]
 
 LOOKUP = [
+    ("package P constant Real a = 1; end P; model M import P.a; import P.{a}; end M;", "M imports a twice"),
     ("partial package P model A Real x; end A; end P; model M P.A a; end M;", "P is partial"),
     ("model A replaceable model B Real x; end B; end A; model M extends A.B; end M;", "A.B is replaceable"),
     ("model A Real x; model A end A; end A; model M extends A; end M;", "M inherits A, which is not the one"),
