@@ -84,6 +84,7 @@ end A;
 """
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(("tie", "sign"), [("y = x", 1.0), ("-x = y", -1.0)])
 def test_a_reinit_of_a_variable_that_equals_a_state_sets_the_state(tie: str, sign: float) -> None:
     solution = simulate(load(RESET.format(tie=tie, reset="y"), "A"), 0.5, save="end", rtol=1e-9)

@@ -109,6 +109,7 @@ def test_signals_reach_arrays_in_any_order_through_arrays() -> None:
     assert np.isclose(sol["w"][-1], 0.3, atol=1e-6)
 
 
+@pytest.mark.thorough
 @pytest.mark.parametrize(
     ("size", "wiring"),
     [

@@ -7,6 +7,8 @@ import pytest
 from acausal import simulate
 from acausal.modelica import load
 
+pytestmark = pytest.mark.thorough  # they compile a program each; test_modelica_modification.py looks at flat models
+
 TEXT = """
 package K
   model Base parameter Real k = 1; Real y; end Base;
