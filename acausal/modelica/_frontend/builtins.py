@@ -506,7 +506,8 @@ def _literal_name(arg: Typed) -> e.Expression:
 
 
 def _clock(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
-    return _made(name, args, CLOCK, (), 2)
+    is_event = bool(args) and args[0].type == BOOLEAN
+    return _made("eventClock" if is_event else name, args, CLOCK, (), 2)
 
 
 def _clocked(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:

@@ -20,8 +20,8 @@ CONVERSIONS = {
     "ShiftSample": "shiftSample",
     "BackSample": "backSample",
 }
-OPERATORS = {"Clock", "Hold", "NoClock", "Previous", "Interval", "FirstTick", *CONVERSIONS}
-_LOGICAL = {"And", "Or", "Lt", "Le", "Gt", "Ge", "Eq", "Neq"}
+OPERATORS = {"Clock", "EventClock", "Hold", "NoClock", "Previous", "Interval", "FirstTick", *CONVERSIONS}
+CLOCKS = ("Clock", "EventClock")
 
 
 class Inference:
@@ -45,7 +45,7 @@ class Inference:
             case e.If():
                 return self.is_clock(x.otherwise)
             case e.Builtin():
-                return x.name == "Clock" or (x.name in CONVERSIONS and self.is_clock(x.args[0]))
+                return x.name in CLOCKS or (x.name in CONVERSIONS and self.is_clock(x.args[0]))
         return False
 
     def is_clocked_sample(self, x: e.Builtin) -> bool:
@@ -108,18 +108,19 @@ class Inference:
         if x.name in CONVERSIONS:
             self._relate(x, self.clock(x.args[0]), node)
         elif x.args:
-            self._construct(x.args, node)
+            self._construct(x, node)
         return node
 
     def equal_clocks(self, left: Any, right: Any) -> None:
         self.partitions.join(self.clock(left), self.clock(right))
 
-    def _construct(self, args: tuple[Any, ...], node: Hashable) -> None:
-        first, partitions = args[0], self.partitions
+    def _construct(self, x: e.Builtin, node: Hashable) -> None:
+        args, partitions = x.args, self.partitions
+        first = args[0]
         if self.is_clock(first):
             partitions.join(node, self.clock(first))
             partitions.give_solver(node, str(self.known.value(args[1])))
-        elif self._is_logical(first):
+        elif x.name == "EventClock":
             base = Base(next(self._numbers), args[1] if len(args) == 2 else e.Const(0.0), first)
             partitions.give(node, Clock(base))
         elif len(args) == 2:
@@ -129,21 +130,6 @@ class Inference:
             partitions.give(node, Clock(Base(0, e.Const(1)), Fraction(count)))
         else:
             partitions.give(node, Clock(Base(next(self._numbers), first)))
-
-    def _is_logical(self, x: Any) -> bool:
-        match x:
-            case e.Ref():
-                variable = self._variable(x)
-                return variable is not None and variable.type == "Boolean"
-            case e.Binary():
-                return x.op in _LOGICAL
-            case e.Unary():
-                return x.op == "Not"
-            case e.If():
-                return self._is_logical(x.otherwise)
-            case e.Builtin():
-                return x.name in ("Edge", "Change", "Initial") or (x.name == "Hold" and self._is_logical(x.args[0]))
-        return False
 
     def _relate(self, x: e.Builtin, of: Hashable, to: Hashable) -> None:
         name, numbers = CONVERSIONS[x.name], [self._whole(arg) for arg in x.args[1:]]

@@ -138,7 +138,7 @@ class Lowering:
             if isinstance(item, e.Builtin) and item.name == "Sample":
                 parts.append(self._sampled(item))
                 continue
-            if isinstance(item, e.Builtin) and item.name == "Clock":
+            if isinstance(item, e.Builtin) and item.name in ("Clock", "EventClock"):
                 raise ModelError("clocked when-clauses are not supported.")
             name = self._variable("condition", "Boolean")
             if assign is None:
