@@ -22,6 +22,7 @@ class Operators:
         self.inference = inference
         self.variables = variables
         self.stored: set[str] = set()
+        self._integrated: set[e.Ref] = set()
         self.equations: list[FlatEquation] = []
         self.grids: dict[Base, Grid] = {}
         self._made: dict[tuple[str, str, Clock | None], str] = {}
@@ -114,7 +115,7 @@ class Operators:
         new, is_new = self._new("der", name, None)
         if is_new:
             self.variables[new.name] = dataclasses.replace(new, start=None, unit=None, fixed=(), binding=None)
-            self._equate(new.name, e.Builtin("Der", (e.Ref(name),)))
+            self._equate(e.Ref(new.name), e.Builtin("Der", (e.Ref(name),)))
         return new.name
 
     def _previous(self, name: str, clock: Clock) -> str:
@@ -134,7 +135,7 @@ class Operators:
             before = self._store(dataclasses.replace(new, name=f"{new.name}_before"))
             grid.changes[before] = e.Ref(new.name)
             self.variables[new.name] = discrete(new)
-            self._equate(new.name, e.If(((grid.is_active(clock), e.Ref(name)),), e.Ref(before)))
+            self._equate(e.Ref(new.name), e.If(((grid.is_active(clock), e.Ref(name)),), e.Ref(before)))
         return new.name
 
     def _interval(self, clock: Clock) -> Any:
@@ -154,7 +155,7 @@ class Operators:
 
     def _derivative(self, x: Any, clock: Clock) -> Any:
         """The derivative of a clocked variable, which a method of integration relates to it (section 16.8.2)."""
-        name = x.name if isinstance(x, e.Ref) and not x.subs else ""
+        name = x.name if isinstance(x, e.Ref) else ""
         solver = self.inference.partitions.solver(name)
         if name not in self.variables or solver not in _SOLVERS:
             raise ModelError(
@@ -164,14 +165,17 @@ class Operators:
         new, is_new = self._new("der", name, clock)
         if is_new:
             self.variables[new.name] = discrete(dataclasses.replace(new, start=None, unit=None))
-            rate, before = e.Ref(new.name), e.Ref(self._previous(new.name, clock))
+        rate = e.Ref(new.name, x.subs)
+        if x not in self._integrated:
+            self._integrated.add(x)
+            before = e.Ref(self._previous(new.name, clock), x.subs)
             slope = {"ExplicitEuler": before, "ImplicitEuler": rate}.get(
                 solver, binary("Mul", e.Const(0.5), binary("Add", rate, before))
             )
-            old, first = e.Ref(self._previous(name, clock)), self.grids[clock.base].is_first(clock)
+            old, first = e.Ref(self._previous(name, clock), x.subs), self.grids[clock.base].is_first(clock)
             stepped = binary("Add", old, binary("Mul", self._interval(clock), slope))
-            self._equate(name, e.If(((first, old),), stepped))
-        return e.Ref(new.name)
+            self._equate(x, e.If(((first, old),), stepped))
+        return rate
 
     # New variables
 
@@ -191,8 +195,8 @@ class Operators:
         self.variables[variable.name] = dataclasses.replace(discrete(variable), start=start, fixed=(True,))
         return variable.name
 
-    def _equate(self, name: str, value: Any) -> None:
-        self.equations.append(FlatEquation(e.Binary("Sub", e.Ref(name), value), name.rpartition(".")[0], "clock", None))
+    def _equate(self, ref: e.Ref, value: Any) -> None:
+        self.equations.append(FlatEquation(e.Binary("Sub", ref, value), ref.name.rpartition(".")[0], "clock", None))
 
 
 def discrete(variable: FlatVariable) -> FlatVariable:
