@@ -21,10 +21,13 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import jax
+import numpy as np
 from jax import Array
 from jax._src.config import trace_context as trace_context
 from jax._src.interpreters.partial_eval import dce_jaxpr
+from jax._src.lax.linalg import geqrf_p
 from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized
+from jax.core import ShapedArray
 from jax.core import Tracer as Tracer
 from jax.extend.core import ClosedJaxpr as ClosedJaxpr
 from jax.extend.core import DebugInfo as DebugInfo
@@ -35,6 +38,7 @@ from jax.extend.core import Primitive as Primitive
 from jax.extend.core import Var as Var
 from jax.extend.core import get_opaque_trace_state as get_opaque_trace_state
 from jax.extend.core import jaxpr_as_fun as jaxpr_as_fun
+from jax.extend.core import new_jaxpr_eqn as _new_jaxpr_eqn
 from jax.extend.core import primitives as _primitives
 
 Atom: TypeAlias = Var | Literal  # an input of an equation of a jaxpr
@@ -74,6 +78,11 @@ def scan_counts(eqn: JaxprEqn) -> tuple[int, int]:
         return eqn.params["num_consts"], eqn.params["num_carry"]
     constants, carry, _ = eqn.params["ft_in"].unpack()
     return len(constants), len(carry)
+
+
+def new_equation(inputs: Sequence[Atom], outputs: Sequence[Var], primitive: Primitive, params: Any) -> JaxprEqn:
+    """An equation of a jaxpr, without effects."""
+    return _new_jaxpr_eqn(inputs, outputs, primitive, params, frozenset())
 
 
 def spelled_out(eqn: JaxprEqn) -> ClosedJaxpr | None:
@@ -120,3 +129,9 @@ PRIMITIVES = frozenset(  # jax's own
     for value in vars(module).values()
     if isinstance(value, Primitive)
 )
+NAMED_PRIMITIVES = {primitive.name: primitive for primitive in (*PRIMITIVES, geqrf_p)}
+
+
+def shaped(shape: tuple[int, ...], dtype: Any, weak_type: bool) -> Any:
+    """The type of a value in a jaxpr."""
+    return ShapedArray(shape, np.dtype(dtype), weak_type=weak_type)

@@ -54,15 +54,15 @@ def choose_compiler_options() -> None:
 
 
 def choose_optimisation() -> None:
-    """Follow the environment variable `ACAUSAL_OPTIMISE`. Without it, the programs of runs are compiled in stages:
-    quickly at first, and with optimisations once they have taken many steps. If it is on, they are optimised at once.
-    If it is off, most optimisations of XLA are switched off for the whole process, because jax has no such setting for
-    single programs that are traced into one of the user's.
+    """Follow the environment variable `ACAUSAL_OPTIMISE`. Without it, the programs of runs are interpreted at first,
+    compiled in parts, and optimised once they have taken many steps. If it is on, they are optimised at once. If it is
+    off, most optimisations of XLA are switched off for the whole process, because jax has no such setting for single
+    programs that are traced into one of the user's.
     """
     chosen = os.environ.get("ACAUSAL_OPTIMISE", "").lower()
     if chosen not in ("", *ON, *OFF):
         warnings.warn(f"ACAUSAL_OPTIMISE={chosen} is not known: use on or off, or unset it.", stacklevel=3)
-    programs.in_stages = chosen not in (*ON, *OFF)
+    programs.in_parts = chosen not in ON
     if chosen in OFF:
         jax.config.update("jax_disable_most_optimizations", True)
 
@@ -83,11 +83,11 @@ class Programs:
     """The program cache. `folder` is None if the user chose another folder for jax, or none.
 
     `flags` and `context` are the flags of XLA and the settings of jax at import, with which programs are compiled.
-    `in_stages`: programs are compiled quickly at first.
+    `in_parts`: programs are interpreted at first, and compiled in parts.
     """
 
     folder: Path | None = None
-    in_stages: bool = True
+    in_parts: bool = True
     flags: str | None = None
     context: Any = None
 

@@ -13,7 +13,7 @@ import pytest
 from acausal._jax_settings import programs
 
 # Tests look into what is traced and change it.
-programs.folder, programs.in_stages = None, False
+programs.folder = None
 # Compiling leaves millions of objects that stay, and the collector would walk them all again and again.
 gc.set_threshold(100_000, 50, 1000)
 

@@ -85,14 +85,6 @@ class _RunPart:
             *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in handled),
         ]
 
-    def followers(self, arguments: Any) -> list[tuple[Storable, Any]]:
-        if self.name != "start":
-            return []
-        first: traced.RunStart = jax.eval_shape(self, arguments)
-        carry = first.carry._replace(record=None)
-        end = first.args, carry.y, first.bad_starts, carry._replace(history=None)
-        return [(_steps_of(self.settings), (first.args, carry)), (_end_of(self.settings), end)]
-
 
 def _start_of(settings: Settings) -> _RunPart:
     return _RunPart("start", traced.start_run, settings)

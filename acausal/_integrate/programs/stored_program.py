@@ -1,11 +1,9 @@
-"""Programs stored in the library's cache by earlier processes, which need neither tracing nor lowering.
+"""Programs of functions with known numbers, stored in the library's cache.
 
-The cache of jax needs a traced and lowered program as its key, which takes most of the time in a second process. Here,
-the key is a digest of everything that determines the trace (`made_from.py`). If the digest is in doubt, the function is
-traced and nothing is stored.
-
-Most programs are compiled without LLVM's optimisations, which take longer than all runs that most models ever see. A
-program that has run often enough to repay them is compiled again.
+A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`Program`). Both the jaxpr and
+the compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a traced
+and lowered program as its key. Here, the key is a digest of everything that determines the trace (`made_from.py`). If
+the digest is in doubt, nothing is stored.
 """
 
 import contextlib
@@ -14,7 +12,6 @@ import re
 import threading
 import zlib
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -25,22 +22,17 @@ from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._jax_private import deserialized, serialized, trace_context
+from ..._interpret.program import OPTIONS, Program
+from ..._interpret.simplify import NotPlainError, simplified
+from ..._interpret.tape import closed_of, tape_of
+from ..._jax_private import ClosedJaxpr, deserialized, serialized, trace_context
 from ..._jax_settings import programs
 from ..._made_once import made_once
 from ..._tracing import is_traced, within_transformation
 from .made_from import is_as_imported, key_of
 
 Kinds = tuple[tuple[tuple[int, ...], Any], ...]  # shape and type of each number
-Program = Callable[[list[Any]], PyTree]
-
-# Levels of optimisation in LLVM. Loops of 12,000 and 18,000 equations take two thirds of the time at level 1 that they
-# take at the usual level 3, and are as fast. Level 0 takes half the time of level 1, and a step is four times slower.
-QUICK, OPTIMISED = 0, 1
-# Steps after which the slower ones have cost as much time as compilation with optimisations takes. Both times are
-# proportional to the size of the model. Programs that end earlier are never optimised. All others take at most twice
-# the least possible time (the ski rental problem: Karlin, Manasse, Rudolph and Sleator, Algorithmica 3, 1988).
-REPAYS = 50_000
+Call = Callable[[list[Any]], PyTree]
 
 
 class Storable(Protocol):
@@ -65,12 +57,6 @@ class Storable(Protocol):
         """
         ...
 
-    def followers(self, arguments: Any) -> "Sequence[tuple[Storable, Any]]":
-        """The functions that are called next, with the shapes of their numbers, for numbers with the shapes
-        `arguments`.
-        """
-        ...
-
 
 def result_of(function: Storable, arguments: Any) -> PyTree:
     """Evaluates the function by its stored program. If there is none, compiles and, if possible, stores one."""
@@ -81,7 +67,7 @@ def program_for(function: Storable, arguments: Any) -> Callable[[Any], PyTree]:
     """The stored program of the function, if possible, for numbers of the same shapes and structure."""
     leaves, structure = jax.tree.flatten(arguments)
     is_known = not within_transformation() and all(map(_is_plain, leaves))
-    if not is_known or not (programs.in_stages or programs.folder) or not _is_usual():
+    if not is_known or not _is_usual():
         return function
     kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
     program = _program(function, structure, kinds)
@@ -105,16 +91,20 @@ def _is_usual() -> bool:
 
 
 @made_once(maxsize=256)
-def _program(function: Storable, structure: Any, kinds: Kinds) -> Program | None:
-    """The program for numbers of these shapes; None if jax is to compile it as any other function."""
-    file = _file_of(function, structure, kinds)
-    if programs.in_stages:
-        return _Staged(file, function, structure, kinds)
-    return None if file is None else _made(file, function, structure, kinds)
+def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
+    """The program for numbers of these shapes; None if it prints or calls Python, which only jax can do."""
+    file, shapes = _file_of(function, structure, kinds), [jax.ShapeDtypeStruct(*kind) for kind in kinds]
+    try:
+        closed, outputs = _read(file) or _traced(file, function, structure, shapes)
+    except NotPlainError:
+        return None
+    steps = function.steps(structure.unflatten(shapes))
+    program = Program(closed, _Store(file, function.name), steps, at_once=not programs.in_parts)
+    return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
 
 
 def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
-    """The file of the optimised program; None if there is no cache, or if the program has no digest."""
+    """The file of the jaxpr; None if there is no cache, or if the program has no digest."""
     if programs.folder is None:
         return None
     try:
@@ -124,36 +114,18 @@ def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
     return programs.folder / f"{function.name}-{key}-program"
 
 
-class _Staged:
-    """A program that is compiled quickly at first, and with optimisations after `REPAYS` steps."""
-
-    def __init__(self, file: Path | None, function: Storable, structure: Any, kinds: Kinds) -> None:
-        self._optimised = lambda: _made(file, function, structure, kinds, OPTIMISED)
-        self._steps_in_call, self._lock = function.steps(structure.unflatten(_shapes(kinds))), threading.Lock()
-        found = _loaded(file, len(kinds))
-        self._left = 0 if found is not None else REPAYS
-        quick = None if file is None else file.with_name(f"{file.name.removesuffix('-program')}-quick-program")
-        self._call = found or _made(quick, function, structure, kinds, QUICK)
-
-    def __call__(self, leaves: list[Any]) -> PyTree:
-        if self._left > 0:
-            with self._lock:
-                if 0 < self._left <= self._steps_in_call:
-                    with contextlib.suppress(Exception):  # optimisation is optional: the quick program runs anyway
-                        self._call = self._optimised()
-                self._left -= self._steps_in_call  # after an interrupt, the next call optimises again
-        return self._call(leaves)
+def _read(file: Path | None) -> tuple[ClosedJaxpr, Any] | None:
+    """The stored jaxpr of a function and the structure of its results."""
+    content = None if file is None else files.read(file)
+    if content is not None:
+        with contextlib.suppress(Exception):  # an unreadable file is written again
+            tape, outputs = pickle.loads(zlib.decompress(content))
+            return closed_of(tape), jax.tree.structure(outputs)
+    return None
 
 
-def _made(file: Path | None, function: Storable, structure: Any, kinds: Kinds, level: int | None = None) -> Program:
-    """The program in a file, or else compiled and, if possible, stored there; at a level of optimisation other than
-    that of the process, if one is given.
-    """
-    return _loaded(file, len(kinds)) or _compiled(file, function, structure, kinds, level)
-
-
-def _compiled(file: Path | None, function: Storable, structure: Any, kinds: Kinds, level: int | None) -> Program:
-    """Compile a function and, if possible, store its program."""
+def _traced(file: Path | None, function: Storable, structure: Any, shapes: Sequence[Any]) -> tuple[ClosedJaxpr, Any]:
+    """The jaxpr of a function and the structure of its results, traced and, if possible, stored."""
     outputs: list[Any] = []
 
     def run(*leaves: Any) -> list[Any]:
@@ -161,45 +133,62 @@ def _compiled(file: Path | None, function: Storable, structure: Any, kinds: Kind
         outputs[:] = [whole]
         return found
 
-    # Each version gets its own name in jax's cache, too.
-    run.__name__ = function.name if file is None else file.stem.replace("-", "_")
-    shapes = _shapes(kinds)
-    if level != OPTIMISED:
-        _compile_in_parallel(function.followers(structure.unflatten(shapes)))
-    lowered = jax.jit(run).lower(*shapes)
-    options: Any = None if level is None else {"xla_backend_optimization_level": level}
-    with _loads() as loaded:
-        call = lowered.compile(options)
-    if file is not None and not loaded:
-        _store(file, call, lowered, outputs[0])
-    return lambda leaves: outputs[0].unflatten(call(*leaves))
+    closed = simplified(jax.make_jaxpr(run)(*shapes))
+    (whole,) = outputs
+    if file is not None and is_as_imported():
+        with contextlib.suppress(Exception):  # storing is optional
+            content = pickle.dumps((tape_of(closed), whole.unflatten(range(whole.num_leaves))))
+            files.write(file, zlib.compress(content, 1))
+    return closed, whole
 
 
-def _store(file: Path, call: Any, lowered: Any, outputs: Any) -> None:
-    """Store a program, if possible. One that jax has loaded from its own cache cannot be serialised. One that calls
-    libraries other than LAPACK is not stored, because only LAPACK is known to be available when it is loaded again.
+class _Store:
+    """The compiled parts of a program, on disk if possible."""
+
+    def __init__(self, file: Path | None, name: str) -> None:
+        self._file, self._name = file, name
+
+    def stored(self, part: str, level: str, n_inputs: int) -> Callable[..., list[Any]] | None:
+        """The stored program of a part; None if there is none that can be read."""
+        file = self._place(part, level)
+        content = None if file is None else files.read(file)
+        if content is not None:
+            with contextlib.suppress(Exception):  # an unreadable file is written again
+                payload, n_outputs, needs_lapack = pickle.loads(zlib.decompress(content))
+                if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
+                    jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
+                return deserialized(payload, n_inputs, n_outputs)
+        return None
+
+    def compiled(self, part: str, level: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Callable[..., Any]:
+        """Compile a part and, if possible, store it."""
+        file = self._place(part, level)
+
+        def named(*values: Any) -> Any:
+            return run(*values)
+
+        # Each version gets its own name in jax's cache, too.
+        named.__name__ = self._name if file is None else file.stem.replace("-", "_")
+        lowered = jax.jit(named).lower(*shapes)
+        with _loads() as loaded:
+            call = lowered.compile(OPTIONS[level])
+        if file is not None and not loaded:
+            _write(file, call, lowered)
+        return call
+
+    def _place(self, part: str, level: str) -> Path | None:
+        file = self._file
+        return None if file is None else file.with_name(f"{file.name.removesuffix('program')}{part}-{level}-program")
+
+
+def _write(file: Path, call: Any, lowered: Any) -> None:
+    """Store a compiled part, if possible. One that jax has loaded from its own cache cannot be serialised. One that
+    calls libraries other than LAPACK is not stored, because only LAPACK is known to be available when it is read again.
     """
     library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
     if all(name.startswith("lapack_") for name in library) and is_as_imported():
         with contextlib.suppress(Exception):  # storing is optional: the program runs anyway
-            parts = (*serialized(call), outputs.unflatten(range(lowered.out_tree.num_leaves)), bool(library))
-            files.write(file, zlib.compress(pickle.dumps(parts), 1))
-
-
-def _shapes(kinds: Kinds) -> list[jax.ShapeDtypeStruct]:
-    return [jax.ShapeDtypeStruct(*kind) for kind in kinds]
-
-
-def _compile_in_parallel(functions: Sequence[tuple[Storable, Any]]) -> None:
-    """Begin to compile the programs of other functions in threads, because XLA uses one core for each program.
-
-    The thread that needs one of them waits for it; an error or an interrupt of the current one does not.
-    """
-    pool = ThreadPoolExecutor()
-    with contextlib.suppress(RuntimeError):  # no thread starts while the interpreter ends
-        for function in functions:
-            pool.submit(program_for, *function)
-    pool.shutdown(wait=False)
+            files.write(file, zlib.compress(pickle.dumps((*serialized(call), bool(library))), 1))
 
 
 @contextlib.contextmanager
@@ -217,19 +206,3 @@ def _loads() -> Any:
         yield found
     finally:
         monitoring.unregister_event_listener(note)
-
-
-def _loaded(file: Path | None, n: int) -> Program | None:
-    """The program in a file; None if the file does not exist or cannot be read."""
-    content = None if file is None else files.read(file)
-    if content is None:
-        return None
-    try:
-        payload, n_outputs, outputs, needs_lapack = pickle.loads(zlib.decompress(content))
-        if needs_lapack:  # jax loads LAPACK when it lowers a program that calls it
-            jax.jit(jax.lax.linalg.cholesky).lower(jax.ShapeDtypeStruct((1, 1), float))
-        call = deserialized(payload, n, n_outputs)
-        whole = jax.tree.structure(outputs)
-    except Exception:  # an unreadable file is written again
-        return None
-    return lambda leaves: whole.unflatten(call(*leaves))

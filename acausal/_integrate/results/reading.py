@@ -134,6 +134,3 @@ class Reading:
 
     def contents(self, arguments: tuple[Any, Any, Inputs, Any]) -> list[object]:
         return [arguments[2].given, digest_of(self.system), self.solver, self.layout]
-
-    def followers(self, arguments: Any) -> tuple[()]:
-        return ()

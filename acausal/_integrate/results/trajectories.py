@@ -126,6 +126,3 @@ class _Trajectories:
 
     def contents(self, arguments: tuple[Any, Any, Inputs]) -> list[object]:
         return [arguments[2].given, digest_of(self.system), self.batch]
-
-    def followers(self, arguments: Any) -> tuple[()]:
-        return ()

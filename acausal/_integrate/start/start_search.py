@@ -157,9 +157,6 @@ class _StartSearch:
             *(getattr(problem, field.name) for field in dataclasses.fields(problem) if field.name not in handled),
         ]
 
-    def followers(self, arguments: Any) -> tuple[()]:
-        return ()
-
 
 def _search(
     problem: Problem,

@@ -1,0 +1,163 @@
+"""Programs that are interpreted at first, and compiled in parts when that pays.
+
+An equation that runs once costs NumPy a microsecond and XLA half a millisecond, so what a run does once, such as its
+start, is not worth compiling. A loop goes on as a compiled program, from where it is, after some time.
+"""
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from typing import Any, Protocol
+
+import jax
+import numpy as np
+
+from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, jaxpr_as_fun
+from .interpreter import Interpreter, as_numpy
+from .rules import Value
+
+# Evaluations of each equation of a part, on average, before the part is compiled. They take a fourth of the time that
+# its compilation takes.
+PAYS = 100
+# Steps of a compiled part after which it is compiled again, with optimisations. The slower steps have then cost as much
+# time as that. Both times are proportional to the size of the model. Programs that end earlier are never optimised. All
+# others take at most twice the least possible time (the ski rental problem: Karlin, Manasse, Rudolph and Sleator,
+# Algorithmica 3, 1988).
+REPAYS = 50_000
+# Level 1 of LLVM takes two thirds of the time of the usual level 3 for loops of 12,000 and 18,000 equations, which are
+# then as fast. Level 0 takes half the time of level 1, and a step is four times slower. To look for equations that are
+# constant in a loop takes XLA as long as all the rest.
+QUICK, OPTIMISED = "quick", "optimised"
+OPTIONS: dict[str, dict[str, Any]] = {
+    QUICK: {
+        "xla_backend_optimization_level": 0,
+        "xla_disable_hlo_passes": "while-loop-invariant-code-motion",
+        "xla_cpu_opt_preset": "CPU_OPT_PRESET_FAST_COMPILE",
+    },
+    OPTIMISED: {"xla_backend_optimization_level": 1},
+}
+
+
+class Store(Protocol):
+    """Where compiled parts come from."""
+
+    def stored(self, part: str, level: str, n_inputs: int) -> Callable[..., list[Any]] | None:
+        """The program of a part, if it has been kept."""
+        ...
+
+    def compiled(self, part: str, level: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Callable[..., Any]:
+        """Compile a part, a function of numbers with these shapes."""
+        ...
+
+
+class Program:
+    """A function of known numbers, given as a simplified jaxpr. A call takes `steps` steps, as far as known.
+
+    `at_once`: it is compiled as a whole, with optimisations, at the first call.
+    """
+
+    def __init__(self, closed: ClosedJaxpr, store: Store, steps: int, *, at_once: bool = False) -> None:
+        self._closed, self._interpreter = closed, Interpreter()
+        self._whole = Part("whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), store, steps)
+        self._loops = {id(eqn): _loop(i, eqn, store, steps) for i, eqn in enumerate(_loops(closed.jaxpr))}
+        self._interpreter.loops = self._loops
+        if at_once:
+            self._whole.optimise()
+
+    def __call__(self, leaves: Sequence[Any]) -> list[Value]:
+        """The results for the given numbers."""
+        call = self._whole.compiled()
+        if call is not None:
+            return list(map(as_numpy, call(*leaves)))
+        before = self._spent()
+        with np.errstate(all="ignore"):
+            found = self._interpreter.closed(self._closed)(*map(as_numpy, leaves))
+        self._whole.spend(self._spent() - before)
+        return found
+
+    def _spent(self) -> int:
+        """The equations interpreted outside of loops so far."""
+        return self._interpreter.spent - sum(loop.spent for loop in self._loops.values())
+
+
+class Part:
+    """A function that is compiled when its interpretation has cost enough, and again when its steps have."""
+
+    def __init__(
+        self, name: str, run: Callable[..., Any], avals: Sequence[Any], size: int, store: Store, steps: int
+    ) -> None:
+        self._name, self._run, self._store, self._steps = name, run, store, steps
+        self._shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
+        self.spent, self._pays = 0, PAYS * size  # equations interpreted, and when to compile
+        self._until_optimised = REPAYS
+        self._call: Callable[..., list[Value]] | None = None
+        self._is_known, self._lock = False, threading.Lock()
+
+    def spend(self, n: int) -> None:
+        """Adds to the number of equations that were interpreted."""
+        self.spent += n
+
+    def optimise(self) -> None:
+        """Compile with optimisations."""
+        self._call = self._made(OPTIMISED)
+        self._until_optimised, self._is_known = 0, True
+
+    def compiled(self) -> Callable[..., list[Value]] | None:
+        """The compiled function for the next call; None if it is to be interpreted."""
+        if not self._is_known:
+            self._look()
+        if self._call is None and self.spent < self._pays:
+            return None
+        if self._call is None or self._until_optimised > 0:
+            with self._lock:
+                if self._call is None:
+                    self._call = self._made(QUICK)
+                elif 0 < self._until_optimised <= self._steps:
+                    with contextlib.suppress(Exception):  # optimisation is optional: the quick program runs anyway
+                        self._call = self._made(OPTIMISED)
+                self._until_optimised -= self._steps  # after an interrupt, the next call optimises again
+        return self._call
+
+    def _look(self) -> None:
+        """Looks for a stored program."""
+        for level, left in ((OPTIMISED, 0), (QUICK, REPAYS)):
+            found = self._store.stored(self._name, level, len(self._shapes))
+            if found is not None:
+                self._call, self._until_optimised = found, left
+                break
+        self._is_known = True
+
+    def _made(self, level: str) -> Callable[..., list[Value]]:
+        stored = self._store.stored(self._name, level, len(self._shapes))
+        return stored or self._store.compiled(self._name, level, self._run, self._shapes)
+
+
+def _loop(i: int, eqn: JaxprEqn, store: Store, steps: int) -> Part:
+    size = sum(size_of(eqn.params[part].jaxpr) for part in ("cond_jaxpr", "body_jaxpr"))
+
+    def run(*values: Any) -> list[Any]:
+        return eqn.primitive.bind(*values, **eqn.params)
+
+    return Part(f"loop{i}", run, [atom.aval for atom in eqn.invars], size, store, steps)
+
+
+def size_of(jaxpr: Jaxpr) -> int:
+    """The number of equations, with those of inner jaxprs."""
+    return sum(1 + sum(map(size_of, _inner(eqn))) for eqn in jaxpr.eqns)
+
+
+def _inner(eqn: JaxprEqn) -> Iterator[Jaxpr]:
+    for value in eqn.params.values():
+        for part in value if isinstance(value, tuple | list) else (value,):
+            if isinstance(part, ClosedJaxpr):
+                yield part.jaxpr
+
+
+def _loops(jaxpr: Jaxpr) -> Iterator[JaxprEqn]:
+    """The outermost `while` equations."""
+    for eqn in jaxpr.eqns:
+        if eqn.primitive.name == "while":
+            yield eqn
+        elif eqn.primitive.name != "scan":
+            for inner in _inner(eqn):
+                yield from _loops(inner)

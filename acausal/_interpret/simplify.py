@@ -1,0 +1,194 @@
+"""Jaxprs for evaluation only, without what serves derivatives and batches.
+
+Calls are replaced by what they call, equations that occur twice by one, and those whose results nobody reads are left
+out. Only primitives of jax remain.
+"""
+
+from collections.abc import Hashable, Sequence
+from typing import Any
+
+import jax
+import numpy as np
+
+from .._jax_private import PRIMITIVES, Atom, ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var, new_equation
+
+# Primitives that return their first input outside of transformations
+IDENTITIES = {"stop_gradient", "copy", "copy_p", "name", "nonbatchable", "nondifferentiable_backward", "nontraceable"}
+CALLS = {
+    "jit": "jaxpr",
+    "pjit": "jaxpr",
+    "closed_call": "call_jaxpr",
+    "core_call": "call_jaxpr",
+    "custom_jvp_call": "call_jaxpr",
+    "custom_vjp_call": "call_jaxpr",
+    "custom_vmap_call": "call",
+    "remat2": "jaxpr",
+    "checkpoint": "jaxpr",
+}
+
+
+class NotPlainError(Exception):
+    """A jaxpr has effects, such as printing."""
+
+
+def simplified(closed: ClosedJaxpr) -> ClosedJaxpr:
+    """An equal jaxpr for evaluation. Raises `NotPlainError` if it has effects."""
+    return _Simplifier().closed(closed)
+
+
+class _Simplifier:
+    def __init__(self) -> None:
+        self._made: dict[int, tuple[Any, ClosedJaxpr]] = {}
+
+    def closed(self, closed: ClosedJaxpr) -> ClosedJaxpr:
+        key = id(closed)
+        if key not in self._made:
+            self._made[key] = closed, _Builder(self).made(closed)
+        return self._made[key][1]
+
+
+class _Builder:
+    """A jaxpr in the making."""
+
+    def __init__(self, owner: _Simplifier) -> None:
+        self._owner = owner
+        self.constants: list[tuple[Var, Any]] = []
+        self.eqns: list[JaxprEqn] = []
+        self._seen: dict[Hashable, list[Atom]] = {}
+
+    def made(self, closed: ClosedJaxpr) -> ClosedJaxpr:
+        if closed.jaxpr.effects:
+            raise NotPlainError
+        takes = [Var(var.aval) for var in closed.jaxpr.invars]
+        gives = self.call(closed.jaxpr, closed.consts, takes)
+        needed = {atom for atom in gives if isinstance(atom, Var)}
+        kept: list[JaxprEqn] = []
+        for eqn in reversed(self.eqns):
+            if any(var in needed for var in eqn.outvars):
+                kept.append(eqn)
+                needed.update(atom for atom in eqn.invars if isinstance(atom, Var))
+        constants = [(var, value) for var, value in self.constants if var in needed]
+        jaxpr = Jaxpr([var for var, _ in constants], takes, gives, kept[::-1], debug_info=closed.jaxpr.debug_info)
+        return ClosedJaxpr(jaxpr, [value for _, value in constants])
+
+    def call(self, jaxpr: Jaxpr, constants: Sequence[Any], inputs: Sequence[Atom]) -> list[Atom]:
+        """Appends the equations of a jaxpr; returns its outputs."""
+        env: dict[Var, Atom] = dict(zip(jaxpr.invars, inputs, strict=True))
+        for var, value in zip(jaxpr.constvars, constants, strict=True):
+            env[var] = self._constant(var, value)
+        for eqn in jaxpr.eqns:
+            takes = [atom if isinstance(atom, Literal) else env[atom] for atom in eqn.invars]
+            env.update(zip(eqn.outvars, self._results(eqn, takes), strict=True))
+        return [atom if isinstance(atom, Literal) else env[atom] for atom in jaxpr.outvars]
+
+    def _constant(self, var: Var, value: Any) -> Var:
+        new = Var(var.aval)
+        self.constants.append((new, np.asarray(value)))
+        return new
+
+    def _results(self, eqn: JaxprEqn, takes: list[Atom]) -> list[Atom]:
+        name, params = eqn.primitive.name, eqn.params
+        if name in IDENTITIES:
+            return takes[: len(eqn.outvars)]
+        if name == "select_if_vmap":
+            return [takes[1]]
+        if name in CALLS:
+            inner = params.get(CALLS[name], params.get("fun_jaxpr"))
+            return self._call_of(inner, takes)
+        if name == "custom_linear_solve":
+            counts = params["const_lengths"]
+            first = counts.matvec + counts.vecmat
+            own = takes[first : first + counts.solve]
+            return self._call_of(params["jaxprs"].solve, [*own, *takes[sum(counts) :]])
+        if name == "platform_index":
+            return [_literal(_cpu(params["platforms"]), eqn)]
+        if name == "cond" and isinstance(takes[0], Literal):
+            branches = params["branches"]
+            return self._call_of(branches[min(max(int(takes[0].val), 0), len(branches) - 1)], takes[1:])
+        if name in ("unvmap_any", "unvmap_all", "unvmap_max") and not eqn.invars[0].aval.shape:  # pyright: ignore
+            return [takes[0]]
+        if eqn.primitive not in PRIMITIVES and (traced := _traced(eqn)) is not None:
+            return self._call_of(traced, takes)
+        if name == "convert_element_type" and eqn.invars[0].aval.dtype == eqn.outvars[0].aval.dtype:  # pyright: ignore
+            return [takes[0]]
+        if name in ("reshape", "squeeze", "broadcast_in_dim") and _is_same_shape(eqn):
+            return [takes[0]]
+        return self._appended(eqn, takes, self._inner(name, params))
+
+    def _call_of(self, inner: Any, takes: list[Atom]) -> list[Atom]:
+        if isinstance(inner, ClosedJaxpr):
+            return self.call(inner.jaxpr, inner.consts, takes)
+        return self.call(inner, (), takes)
+
+    def _inner(self, name: str, params: dict[str, Any]) -> dict[str, Any]:
+        """The parameters, with simplified jaxprs."""
+        closed = self._owner.closed
+        if name == "while":
+            return {**params, "cond_jaxpr": closed(params["cond_jaxpr"]), "body_jaxpr": closed(params["body_jaxpr"])}
+        if name == "scan":
+            return {**params, "jaxpr": closed(params["jaxpr"])}
+        if name == "cond":
+            return {**params, "branches": tuple(map(closed, params["branches"]))}
+        return params
+
+    def _appended(self, eqn: JaxprEqn, takes: list[Atom], params: dict[str, Any]) -> list[Atom]:
+        key = (eqn.primitive, tuple(map(_identity, takes)), _identity_of(params))
+        try:
+            found = self._seen.get(key)
+        except TypeError:  # parameters without a hash
+            found, key = None, None
+        if found is None:
+            gives = [Var(var.aval) for var in eqn.outvars]
+            self.eqns.append(new_equation(takes, gives, eqn.primitive, params))
+            found = list(gives)
+            if key is not None:
+                self._seen[key] = found
+        return found
+
+
+def _identity(atom: Atom) -> Hashable:
+    if isinstance(atom, Literal):
+        value = np.asarray(atom.val, atom.aval.dtype)  # pyright: ignore[reportAttributeAccessIssue]
+        return value.dtype, value.tobytes()
+    return atom
+
+
+def _identity_of(params: dict[str, Any]) -> Hashable:
+    return tuple((k, id(v) if isinstance(v, ClosedJaxpr) else v) for k, v in params.items())
+
+
+def _literal(value: int, eqn: JaxprEqn) -> Literal:
+    return Literal(np.asarray(value, np.int32), eqn.outvars[0].aval)
+
+
+def _cpu(platforms: Sequence[Any]) -> int:
+    return next(i for i, names in enumerate(platforms) if names is None or "cpu" in names)
+
+
+def _is_same_shape(eqn: JaxprEqn) -> bool:
+    source, target = eqn.invars[0].aval.shape, eqn.outvars[0].aval.shape  # pyright: ignore
+    if source != target or len(eqn.invars) > 1:
+        return False
+    places = eqn.params.get("broadcast_dimensions", eqn.params.get("dimensions"))
+    return places is None or tuple(places) == tuple(range(len(target))) or not places
+
+
+def _traced(eqn: JaxprEqn) -> ClosedJaxpr | None:
+    """What a primitive of another library does; None for jax's own."""
+    shapes = [jax.ShapeDtypeStruct(atom.aval.shape, atom.aval.dtype) for atom in eqn.invars]  # pyright: ignore
+
+    def results(*values: Any) -> Any:
+        found = eqn.primitive.impl(*values, **eqn.params)
+        return found if eqn.primitive.multiple_results else [found]
+
+    closed = jax.make_jaxpr(results)(*shapes)
+    return None if _calls(closed.jaxpr, eqn.primitive) else closed
+
+
+def _calls(jaxpr: Jaxpr, primitive: Primitive) -> bool:
+    """Whether a primitive is among the equations."""
+    return any(
+        eqn.primitive is primitive
+        or any(isinstance(inner, ClosedJaxpr) and _calls(inner.jaxpr, primitive) for inner in eqn.params.values())
+        for eqn in jaxpr.eqns
+    )
