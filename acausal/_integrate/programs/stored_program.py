@@ -7,6 +7,7 @@ the digest is in doubt, nothing is stored.
 """
 
 import contextlib
+import dataclasses
 import pickle
 import re
 import threading
@@ -22,7 +23,7 @@ from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._interpret.program import OPTIONS, Program
+from ..._interpret.program import OPTIONS, REPAYS, Program
 from ..._interpret.simplify import NotPlainError, simplified
 from ..._interpret.tape import closed_of, tape_of
 from ..._jax_private import ClosedJaxpr, deserialized, serialized, trace_context
@@ -90,8 +91,42 @@ def _is_usual() -> bool:
     return jax.default_backend() == "cpu" and jax.device_count() == 1
 
 
-@made_once(maxsize=256)
-def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
+def in_parts(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
+    """A function of known arrays, as `jax.jit` returns it, interpreted at first and compiled in parts when that pays."""
+    jitted = jax.jit(function)
+    made: dict[Kinds, Call | None] = {}
+
+    def call(*arrays: Any) -> PyTree:
+        arrays = tuple(np.asarray(a) if isinstance(a, float) else a for a in arrays)
+        if within_transformation() or not all(map(_is_plain, arrays)) or not _is_usual():
+            return jitted(*arrays)
+        kinds = tuple((a.shape, a.dtype) for a in arrays)
+        if kinds not in made:
+            made[kinds] = _made(_Plain(jitted), jax.tree.structure(arrays), kinds)
+        program = made[kinds]
+        return jitted(*arrays) if program is None else program(list(arrays))
+
+    return call
+
+
+@dataclasses.dataclass(frozen=True)
+class _Plain:
+    """A function of arrays, of which nothing is stored."""
+
+    function: Callable[..., PyTree]
+    name: str = "function"
+
+    def __call__(self, arguments: Any) -> PyTree:
+        return self.function(*arguments)
+
+    def steps(self, arguments: Any) -> int:
+        return REPAYS // 100
+
+    def contents(self, arguments: Any) -> list[object]:
+        raise NoFingerprintError("the function of a user")
+
+
+def _made(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
     """The program for numbers of these shapes; None if it prints or calls Python, which only jax can do."""
     file, shapes = _file_of(function, structure, kinds), [jax.ShapeDtypeStruct(*kind) for kind in kinds]
     try:
@@ -101,6 +136,9 @@ def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
     steps = function.steps(structure.unflatten(shapes))
     program = Program(closed, _Store(file, function.name), steps, at_once=not programs.in_parts)
     return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
+
+
+_program = made_once(maxsize=256)(_made)
 
 
 def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:

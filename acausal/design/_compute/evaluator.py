@@ -17,6 +17,7 @@ from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
 from ..._evaluate.model_requirements import are_met, in_range
+from ..._integrate.programs.stored_program import in_parts
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
@@ -70,7 +71,7 @@ class Evaluator:
         self.progress: bool | None = None  # messages about compilations; False: none
         self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
         self._evaluated: dict[bytes, Evaluation] = {}
-        self._compiled = eqx.filter_jit(self._with_jacobian)
+        self._compiled = in_parts(lambda x: self._with_jacobian(self.model, x))
 
     def __call__(self, x: np.ndarray) -> Evaluation:
         """The evaluation at some values; cached."""
@@ -92,7 +93,7 @@ class Evaluator:
 
     def _run_at(self, x: np.ndarray) -> Any:
         with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian, self.reports):
-            return jax.block_until_ready(self._compiled(self.model, x))
+            return self._compiled(x)
 
     @property
     def reports(self) -> bool:
