@@ -7,7 +7,7 @@ import jax
 import numpy as np
 
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, scan_counts
-from .rules import RULES, Value
+from .rules import RULES, Value, aval
 
 
 class Interpreter:
@@ -191,7 +191,7 @@ def _scan(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     n, m = scan_counts(eqn)
     length, block = p["length"], owner.closed(p["jaxpr"], n)
     order = range(length)[::-1] if p["reverse"] else range(length)
-    shapes = [(var.aval.shape, var.aval.dtype) for var in eqn.outvars[m:]]
+    shapes = [(aval(var).shape, aval(var).dtype) for var in eqn.outvars[m:]]
 
     def scan(*values: Value) -> list[Value]:
         body, carry, xs = block.bound(*values[:n]), list(values[n : n + m]), values[n + m :]

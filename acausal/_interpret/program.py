@@ -60,7 +60,7 @@ class Program:
         self._closed, self._interpreter = closed, Interpreter()
         self._whole = Part("whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), store, steps)
         self._loops = {id(eqn): _loop(i, eqn, store, steps) for i, eqn in enumerate(_loops(closed.jaxpr))}
-        self._interpreter.loops = self._loops
+        self._interpreter.loops.update(self._loops)
         if at_once:
             self._whole.optimise()
 

@@ -36,12 +36,17 @@ def _plain(function: Function) -> Rule:
     return lambda eqn: function
 
 
+def aval(atom: Any) -> Any:
+    """The type of a value of a jaxpr."""
+    return atom.aval
+
+
 def _shape(eqn: JaxprEqn, i: int = 0) -> tuple[int, ...]:
-    return eqn.invars[i].aval.shape  # pyright: ignore[reportAttributeAccessIssue]
+    return aval(eqn.invars[i]).shape
 
 
 def _dtype(eqn: JaxprEqn) -> np.dtype[Any]:
-    return eqn.outvars[0].aval.dtype  # pyright: ignore[reportAttributeAccessIssue]
+    return aval(eqn.outvars[0]).dtype
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -82,11 +87,9 @@ RULES.update(
             "square": lambda x: x * x,
             "max": np.maximum,
             "min": np.minimum,
-            "sign": np.sign,
             "sqrt": np.sqrt,
             "rsqrt": _rsqrt,
             "cbrt": np.cbrt,
-            "pow": np.power,
             "exp": np.exp,
             "exp2": np.exp2,
             "expm1": np.expm1,
@@ -124,10 +127,8 @@ RULES.update(
             "xor": operator.xor,
             "not": operator.invert,
             "copy": _same,
-            "copy_p": _same,
             "stop_gradient": _same,
             "name": _same,
-            "reduce_precision": _same,
             # What concerns only transformations: these values are outside of all.
             "nonbatchable": _same,
             "nondifferentiable_backward": lambda *x: x[0] if len(x) == 1 else list(x),
@@ -149,16 +150,30 @@ def _reduce_precision(eqn: JaxprEqn) -> Function:
     return _same
 
 
+@rule("sign")
+def _sign(eqn: JaxprEqn) -> Function:
+    if _dtype(eqn).kind == "f":
+        return lambda x: np.copysign(np.sign(x), x)  # keeps the sign of a zero
+    return np.sign
+
+
+@rule("pow")
+def _pow(eqn: JaxprEqn) -> Function:
+    dtype, power = _dtype(eqn), aval(eqn.invars[1]).dtype
+    return np.power if power == dtype else lambda x, y: np.power(x, y.astype(dtype))
+
+
 @rule("div")
 def _div(eqn: JaxprEqn) -> Function:
     dtype = _dtype(eqn)
     if dtype.kind in "fc":
         return operator.truediv
+    one, all_bits = dtype.type(1), np.array(-1).astype(dtype)[()]
 
-    def divide(a: Value, b: Value) -> Value:  # towards zero; division by zero gives -1
-        safe = np.where(b == 0, 1, b)
-        quotient = np.where(b == 0, -1, (np.abs(a) // np.abs(safe)) * np.sign(a) * np.sign(safe))
-        return quotient.astype(dtype)[()]
+    def divide(a: Value, b: Value) -> Value:  # towards zero; all bits of a division by zero are set
+        divisor = np.where(b == 0, one, b)
+        floor, rest = np.divmod(a, divisor)
+        return np.where(b == 0, all_bits, floor + ((rest != 0) & ((a < 0) != (b < 0))))[()]
 
     return divide
 
@@ -167,7 +182,8 @@ def _div(eqn: JaxprEqn) -> Function:
 def _rem(eqn: JaxprEqn) -> Function:
     if _dtype(eqn).kind == "f":
         return np.fmod
-    return lambda a, b: np.where(b == 0, a, np.fmod(a, np.where(b == 0, 1, b))).astype(_dtype(eqn))[()]
+    one = _dtype(eqn).type(1)
+    return lambda a, b: np.where(b == 0, a, np.fmod(a, np.where(b == 0, one, b)))[()]
 
 
 @rule("integer_pow")
@@ -192,12 +208,17 @@ def _integer_pow(eqn: JaxprEqn) -> Function:
 def _round(eqn: JaxprEqn) -> Function:
     if int(eqn.params["rounding_method"]) == 1:
         return np.rint
-    return lambda x: np.trunc(x + np.copysign(np.where(np.abs(x) < 2.0**52, 0.5 - 2.0**-54, 0.0), x))
+
+    def away_from_zero(x: Value) -> Value:
+        whole = np.trunc(x)
+        return whole + np.copysign(np.abs(x - whole) >= 0.5, x).astype(x.dtype)
+
+    return away_from_zero
 
 
 @rule("convert_element_type")
 def _convert(eqn: JaxprEqn) -> Function:
-    target, source = eqn.params["new_dtype"], eqn.invars[0].aval.dtype  # pyright: ignore[reportAttributeAccessIssue]
+    target, source = eqn.params["new_dtype"], aval(eqn.invars[0]).dtype
     dtype = np.dtype(target)
     if dtype == source:
         return _same
@@ -219,12 +240,15 @@ def _convert(eqn: JaxprEqn) -> Function:
 
 @rule("select_n")
 def _select(eqn: JaxprEqn) -> Function:
-    which: Any = eqn.invars[0].aval
+    which = aval(eqn.invars[0])
+    last = len(eqn.invars) - 2
     if not which.shape:
-        return lambda which, *cases: cases[int(which)]
-    if which.dtype == bool or len(eqn.invars) == 3:
+        return lambda which, *cases: cases[min(max(int(which), 0), last)]
+    if which.dtype == bool:
         return lambda which, first, second: np.where(which, second, first)
-    return lambda which, *cases: np.choose(which, cases)
+    if last > 30:  # more cases than NumPy takes
+        raise NotImplementedError
+    return lambda which, *cases: np.choose(which, cases, mode="clip")
 
 
 # ---------------------------------------------------------------------------------------------------------------------
@@ -232,9 +256,9 @@ def _select(eqn: JaxprEqn) -> Function:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-@rule("reshape", "squeeze", "expand_dims")
+@rule("reshape", "squeeze")
 def _reshape(eqn: JaxprEqn) -> Function:
-    shape: tuple[int, ...] = eqn.outvars[0].aval.shape  # pyright: ignore[reportAttributeAccessIssue]
+    shape = aval(eqn.outvars[0]).shape
     if eqn.params.get("dimensions") is not None and eqn.primitive.name == "reshape":
         raise NotImplementedError
     if not shape:
@@ -326,7 +350,7 @@ def _iota(eqn: JaxprEqn) -> Function:
 
 @rule("pad")
 def _pad(eqn: JaxprEqn) -> Function:
-    config, shape = eqn.params["padding_config"], eqn.outvars[0].aval.shape  # pyright: ignore[reportAttributeAccessIssue]
+    config, shape = eqn.params["padding_config"], aval(eqn.outvars[0]).shape
     given = _shape(eqn)
     source, target = [], []
     for (low, _, between), size, whole in zip(config, given, shape, strict=True):
@@ -339,7 +363,7 @@ def _pad(eqn: JaxprEqn) -> Function:
     def padded(x: Value, fill: Value) -> Value:
         result = np.full(shape, fill, x.dtype)
         result[gives] = x[takes]
-        return result
+        return result[()]
 
     return padded
 
@@ -355,6 +379,8 @@ def _reduction(ufunc: Any) -> Rule:
         if not axes:
             return _same
         if ufunc in (np.maximum, np.minimum):
+            if dtype.kind == "c":
+                raise NotImplementedError
             start = _least(dtype) if ufunc is np.maximum else _greatest(dtype)
             return lambda x: ufunc.reduce(x, axis=axes, initial=start)
         return lambda x: ufunc.reduce(x, axis=axes, dtype=dtype)
@@ -431,7 +457,7 @@ def _sort(eqn: JaxprEqn) -> Function:
 def _dot_general(eqn: JaxprEqn) -> Function:
     (left, right), (left_batch, right_batch) = eqn.params["dimension_numbers"]
     a_shape, b_shape = _shape(eqn, 0), _shape(eqn, 1)
-    dtype, shape = _dtype(eqn), eqn.outvars[0].aval.shape  # pyright: ignore[reportAttributeAccessIssue]
+    dtype, shape = _dtype(eqn), aval(eqn.outvars[0]).shape
     a_free = [i for i in range(len(a_shape)) if i not in (*left, *left_batch)]
     b_free = [i for i in range(len(b_shape)) if i not in (*right, *right_batch)]
     a_order, b_order = (*left_batch, *a_free, *left), (*right_batch, *right, *b_free)
@@ -444,40 +470,30 @@ def _dot_general(eqn: JaxprEqn) -> Function:
     b_matrix = (*batch, inner, size(b_shape, b_free))
 
     def dot(a: Value, b: Value) -> Value:
-        product = a.transpose(a_order).reshape(a_matrix) @ b.transpose(b_order).reshape(b_matrix)
-        return product.reshape(shape).astype(dtype, copy=False)[()]
+        a, b = a.astype(dtype, copy=False), b.astype(dtype, copy=False)
+        return (a.transpose(a_order).reshape(a_matrix) @ b.transpose(b_order).reshape(b_matrix)).reshape(shape)[()]
 
     return dot
 
 
 @rule("triangular_solve")
 def _triangular_solve(eqn: JaxprEqn) -> Function:
-    p = eqn.params
-    if len(_shape(eqn)) != 2 or not p["left_side"] or p["conjugate_a"] or _dtype(eqn) != np.float64:
+    p, shape = eqn.params, aval(eqn.outvars[0]).shape
+    if len(shape) != 2 or 0 in shape:
         raise NotImplementedError
-    (solve,) = scipy.linalg.get_lapack_funcs(("trtrs",), dtype=np.float64)
-    lower, trans, unit = p["lower"], int(p["transpose_a"]), p["unit_diagonal"]
-
-    def solved(a: Value, b: Value) -> Value:
-        if not b.size:
-            return b
-        diagonal = a.diagonal()
-        if not unit and not np.all(diagonal):  # LAPACK refuses it, and jax divides
-            return np.full(b.shape, np.nan)
-        return np.ascontiguousarray(solve(a, b, lower=lower, trans=trans, unitdiag=unit)[0])
-
-    return solved
+    (solve,) = scipy.linalg.get_blas_funcs(("trsm",), dtype=_dtype(eqn))  # as jax does
+    conjugated = np.conj if p["conjugate_a"] else _same
+    options = dict(side=not p["left_side"], lower=p["lower"], trans_a=p["transpose_a"], diag=p["unit_diagonal"])
+    return lambda a, b: np.ascontiguousarray(solve(1.0, conjugated(a), b, **options))
 
 
 @rule("lu")
 def _lu(eqn: JaxprEqn) -> Function:
-    if len(_shape(eqn)) != 2 or _dtype(eqn) != np.float64:
+    if len(_shape(eqn)) != 2 or 0 in _shape(eqn) or _dtype(eqn) != np.float64:
         raise NotImplementedError
     (factor,) = scipy.linalg.get_lapack_funcs(("getrf",), dtype=np.float64)
 
     def factors(a: Value) -> list[Value]:
-        if not a.size:
-            raise NotImplementedError
         lu, pivots, info = factor(a)
         if info < 0:
             lu = np.full(a.shape, np.nan)
@@ -509,6 +525,8 @@ def _dynamic_slice(eqn: JaxprEqn) -> Function:
 @rule("dynamic_update_slice")
 def _dynamic_update_slice(eqn: JaxprEqn) -> Function:
     shape, sizes = _shape(eqn, 0), _shape(eqn, 1)
+    if not shape:
+        return lambda x, update: update
     room = [whole - size for whole, size in zip(shape, sizes, strict=True)]
 
     def updated(x: Value, update: Value, *starts: Value) -> Value:
@@ -573,7 +591,7 @@ def _mode(eqn: JaxprEqn) -> str:
 @rule("gather")
 def _gather(eqn: JaxprEqn) -> Function:
     d, dtype = eqn.params["dimension_numbers"], _dtype(eqn)
-    shape: tuple[int, ...] = eqn.outvars[0].aval.shape  # pyright: ignore[reportAttributeAccessIssue]
+    shape = aval(eqn.outvars[0]).shape
     places = _Places(
         _shape(eqn),
         d.offset_dims,
@@ -598,17 +616,17 @@ def _gather(eqn: JaxprEqn) -> Function:
     return gathered
 
 
-@rule(
-    "scatter",
-    "scatter-add",
-    "scatter_add",
-    "scatter-mul",
-    "scatter_mul",
-    "scatter-min",
-    "scatter_min",
-    "scatter-max",
-    "scatter_max",
-)
+_UPDATES: dict[str, Any] = {
+    "scatter": None,
+    "scatter-add": np.add,
+    "scatter-sub": np.subtract,
+    "scatter-mul": np.multiply,
+    "scatter-min": np.minimum,
+    "scatter-max": np.maximum,
+}
+
+
+@rule(*_UPDATES)
 def _scatter(eqn: JaxprEqn) -> Function:
     d, shape = eqn.params["dimension_numbers"], _shape(eqn)
     values = _shape(eqn, 2)
@@ -626,9 +644,8 @@ def _scatter(eqn: JaxprEqn) -> Function:
         values,
     )
     clips = "clip" in _mode(eqn)
-    kind = eqn.primitive.name.replace("_", "-").removeprefix("scatter").removeprefix("-")
-    ufunc = {"": None, "add": np.add, "mul": np.multiply, "min": np.minimum, "max": np.maximum}[kind]
-    if kind == "" and eqn.params.get("update_jaxpr") is not None:
+    ufunc = _UPDATES[eqn.primitive.name]
+    if ufunc is None and eqn.params["update_jaxpr"] is not None:
         raise NotImplementedError
 
     def scattered(x: Value, indices: Value, updates: Value) -> Value:

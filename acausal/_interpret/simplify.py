@@ -13,7 +13,7 @@ import numpy as np
 from .._jax_private import PRIMITIVES, Atom, ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var, new_equation
 
 # Primitives that return their first input outside of transformations
-IDENTITIES = {"stop_gradient", "copy", "copy_p", "name", "nonbatchable", "nondifferentiable_backward", "nontraceable"}
+IDENTITIES = {"stop_gradient", "copy", "name", "nonbatchable", "nondifferentiable_backward", "nontraceable"}
 CALLS = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
@@ -133,14 +133,15 @@ class _Builder:
 
     def _appended(self, eqn: JaxprEqn, takes: list[Atom], params: dict[str, Any]) -> list[Atom]:
         key = (eqn.primitive, tuple(map(_identity, takes)), _identity_of(params))
+        found: list[Atom] | None = None
         try:
             found = self._seen.get(key)
         except TypeError:  # parameters without a hash
-            found, key = None, None
+            key = None
         if found is None:
             gives = [Var(var.aval) for var in eqn.outvars]
             self.eqns.append(new_equation(takes, gives, eqn.primitive, params))
-            found = list(gives)
+            found = [*gives]
             if key is not None:
                 self._seen[key] = found
         return found

@@ -30,7 +30,7 @@ def closed_of(tape: Tape) -> ClosedJaxpr:
 
 
 class _Inner:
-    """The place of an inner jaxpr among the parameters of an equation, and whether it stands there without constants."""
+    """The place of an inner jaxpr in the parameters of an equation, and whether it stands there without constants."""
 
     def __init__(self, place: int, is_open: bool = False) -> None:
         self.place, self.is_open = place, is_open
