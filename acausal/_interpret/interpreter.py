@@ -8,6 +8,7 @@ import numpy as np
 
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, scan_counts
 from .rules import RULES, Value, aval
+from .simplify import branch_of
 
 
 class Interpreter:
@@ -149,10 +150,9 @@ def _by_xla(eqn: JaxprEqn) -> Callable[..., Any]:
 
 def _cond(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     branches = eqn.params["branches"]
-    last = len(branches) - 1
 
     def chosen(index: Value, *values: Value) -> list[Value]:
-        return owner.closed(branches[min(max(int(index), 0), last)])(*values)
+        return owner.closed(branch_of(branches, index))(*values)
 
     return chosen
 

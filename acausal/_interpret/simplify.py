@@ -103,8 +103,7 @@ class _Builder:
         if name == "platform_index":
             return [_literal(_cpu(params["platforms"]), eqn)]
         if name == "cond" and isinstance(takes[0], Literal):
-            branches = params["branches"]
-            return self._call_of(branches[min(max(int(takes[0].val), 0), len(branches) - 1)], takes[1:])
+            return self._call_of(branch_of(params["branches"], takes[0].val), takes[1:])
         if name in ("unvmap_any", "unvmap_all", "unvmap_max") and not eqn.invars[0].aval.shape:  # pyright: ignore
             return [takes[0]]
         if eqn.primitive not in PRIMITIVES and (traced := _traced(eqn)) is not None:
@@ -145,6 +144,11 @@ class _Builder:
             if key is not None:
                 self._seen[key] = found
         return found
+
+
+def branch_of(branches: Sequence[Any], index: Any) -> Any:
+    """The branch that a `cond` takes: the last one if the index is out of range."""
+    return branches[index if 0 <= index < len(branches) else -1]
 
 
 def _identity(atom: Atom) -> Hashable:
