@@ -28,11 +28,11 @@ CALLS = {
 
 
 class NotPlainError(Exception):
-    """A jaxpr has effects, such as printing."""
+    """A jaxpr has effects, such as printing, or values that NumPy does not have, such as keys of random numbers."""
 
 
 def simplified(closed: ClosedJaxpr) -> ClosedJaxpr:
-    """An equal jaxpr for evaluation. Raises `NotPlainError` if it has effects."""
+    """An equal jaxpr for evaluation. Raises `NotPlainError`."""
     return _Simplifier().closed(closed)
 
 
@@ -59,7 +59,7 @@ class _Builder:
     def made(self, closed: ClosedJaxpr) -> ClosedJaxpr:
         if closed.jaxpr.effects:
             raise NotPlainError
-        takes = [Var(var.aval) for var in closed.jaxpr.invars]
+        takes = [_new(var) for var in closed.jaxpr.invars]
         gives = self.call(closed.jaxpr, closed.consts, takes)
         needed = {atom for atom in gives if isinstance(atom, Var)}
         kept: list[JaxprEqn] = []
@@ -82,7 +82,7 @@ class _Builder:
         return [atom if isinstance(atom, Literal) else env[atom] for atom in jaxpr.outvars]
 
     def _constant(self, var: Var, value: Any) -> Var:
-        new = Var(var.aval)
+        new = _new(var)
         self.constants.append((new, np.asarray(value)))
         return new
 
@@ -138,12 +138,19 @@ class _Builder:
         except TypeError:  # parameters without a hash
             key = None
         if found is None:
-            gives = [Var(var.aval) for var in eqn.outvars]
+            gives = [_new(var) for var in eqn.outvars]
             self.eqns.append(new_equation(takes, gives, eqn.primitive, params))
             found = [*gives]
             if key is not None:
                 self._seen[key] = found
         return found
+
+
+def _new(var: Var) -> Var:
+    dtype = getattr(var.aval, "dtype", None)
+    if not isinstance(dtype, np.dtype) or dtype.kind not in "biufc":
+        raise NotPlainError
+    return Var(var.aval)
 
 
 def branch_of(branches: Sequence[Any], index: Any) -> Any:
@@ -179,14 +186,17 @@ def _is_same_shape(eqn: JaxprEqn) -> bool:
 
 
 def _traced(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """What a primitive of another library does; None for jax's own."""
+    """What a primitive of another library does; None for jax's own, and for those that only XLA evaluates."""
     shapes = [jax.ShapeDtypeStruct(atom.aval.shape, atom.aval.dtype) for atom in eqn.invars]  # pyright: ignore
 
     def results(*values: Any) -> Any:
         found = eqn.primitive.impl(*values, **eqn.params)
         return found if eqn.primitive.multiple_results else [found]
 
-    closed = jax.make_jaxpr(results)(*shapes)
+    try:
+        closed = jax.make_jaxpr(results)(*shapes)
+    except Exception:  # such as of `noinline` of equinox, whose function is among its values
+        return None
     return None if _calls(closed.jaxpr, eqn.primitive) else closed
 
 

@@ -85,9 +85,9 @@ class _Writer:
 
     def _parameters(self, params: dict[str, Any]) -> int:
         written = {name: self._value(value) for name, value in params.items()}
-        key = tuple((name, v.place if isinstance(v, _Inner) else v) for name, v in written.items())
+        key = tuple((name, type(v), v.place if isinstance(v, _Inner) else v) for name, v in written.items())
         try:
-            return self._place(("parameters", tuple((type(v), v) for v in key)), self.parameters, written)
+            return self._place(("parameters", key), self.parameters, written)
         except TypeError:  # without a hash
             self.parameters.append(written)
             return len(self.parameters) - 1
@@ -111,6 +111,8 @@ class _Writer:
 
 def _kind(atom: Any) -> tuple[tuple[int, ...], str, bool]:
     aval = atom.aval
+    if np.dtype(aval.dtype.str) != aval.dtype:
+        raise NotStorableError(str(aval.dtype))
     return aval.shape, aval.dtype.str, bool(aval.weak_type)
 
 
