@@ -3,10 +3,9 @@
 from collections.abc import Hashable
 from typing import Any
 
-import jax
 import numpy as np
 
-from .._jax_private import NAMED_PRIMITIVES, ClosedJaxpr, Jaxpr, Literal, Var, new_equation, shaped
+from .._jax_private import NAMED_PRIMITIVES, ClosedJaxpr, DebugInfo, Jaxpr, Literal, Var, new_equation, shaped
 
 # Of each jaxpr: kinds of its values, its constants with their values, inputs, equations and outputs. A value is a place
 # in the list of kinds, and a literal a negative place in the list of literals, from -1.
@@ -159,4 +158,4 @@ class _Reader:
         return value
 
 
-_NO_SOURCE = jax.make_jaxpr(lambda: ())().jaxpr.debug_info
+_NO_SOURCE = DebugInfo("acausal", "stored", None, None)

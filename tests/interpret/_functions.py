@@ -79,6 +79,17 @@ def nest(x: Any, n: Any) -> Any:
     return lax.fori_loop(0, n, outer, x)
 
 
+def partly_read(x: Any) -> Any:
+    """Inner jaxprs of which only some results are read."""
+
+    def step(c: Any, _: Any) -> Any:
+        return lax.cond(
+            c[0] > 1.0, lambda c: (c[0] * 0.5, c[1] + 1.0, c[2]), lambda c: (c[0], c[1], c[2] * c[0]), c
+        ), c[1]
+
+    return lax.scan(step, (x, x, x), None, length=3)[0][0]
+
+
 def equal_branches(x: Any) -> Any:
     """Jaxprs that occur in several places."""
     step = jax.jit(lambda y: lax.cond(y > 1.0, jnp.sin, jnp.cos, y) + SIDE)
@@ -104,6 +115,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
     "equinox calls": (lambda x: eqx.filter_checkpoint(eqxi.noinline(jnp.sin))(x), (0.3,)),
     "optimistix": (root, (2.0,)),
     "nest": (nest, (0.7, 6)),
+    "partly read": (partly_read, (0.3,)),
     "batch of nests": (jax.vmap(nest), (np.array([0.7, -1.0]), np.array([6, 3]))),
     "equal branches": (equal_branches, (SIDE[0],)),
     "constants": (lambda x: (x @ MATRIX, x + SIDE, jnp.asarray(SIDE)[1], MATRIX.astype(np.float32)), (SIDE,)),

@@ -75,7 +75,7 @@ def test_another_process_gets_the_same_numbers(tmp_path: Path) -> None:
 
 
 def test_a_read_jaxpr_is_compiled() -> None:
-    for case in ("nest", "lineax"):
+    for case in ("nest", "partly read", "lineax"):
         read = closed_of(tape_of(jaxpr_of(case)))
         values = FUNCTIONS[case][1]
         for a, b in zip(jax.jit(jaxpr_as_fun(read))(*values), results(read, values), strict=True):
