@@ -10,6 +10,7 @@ from pathlib import Path
 import jax
 import pytest
 
+from acausal._jax_private import trace_context
 from acausal._jax_settings import programs
 
 # Tests look into what is traced and change it.
@@ -26,6 +27,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     """
     is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
     jax.config.update("jax_disable_most_optimizations", is_quick)
+    programs.context = trace_context()
 
 
 @pytest.fixture

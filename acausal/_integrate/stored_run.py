@@ -20,7 +20,7 @@ from .._tracing import are_traced, within_transformation
 from . import run as traced
 from .loop.carry import Carry
 from .programs.made_from import digest_of
-from .programs.stored_program import Storable, result_of
+from .programs.stored_program import result_of
 from .results.ending import Ending, Integrated, end_run
 from .results.recording import Recording
 from .results.solution import Solution

@@ -1,0 +1,1 @@
+"""Jaxprs of known numbers: simplified, evaluated by NumPy, compiled in parts when that pays, and stored as data."""
