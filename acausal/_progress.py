@@ -60,7 +60,7 @@ class Compilation:
         if self.depth > 1:
             return
         now = time.monotonic()
-        if now - self.ended > PAUSE:
+        if now - self.ended > PAUSE and self.said is None:
             self.since = now
         if not self.calls:
             self._identify(event, name)

@@ -13,6 +13,9 @@ from docs._execute import namespace
 from studies import opening_time
 from studies.actuators import ElectromechanicalActuator, ehs_sticking, ema_maxon
 
+from ._dual_clutch import dual_clutch, torque
+from ._press import Press, press
+
 
 class Clutches(Component):
     """Four actuators that share nothing but the time."""
@@ -114,6 +117,10 @@ def reached(model: Any) -> Any:
     return simulate(model, 1.5, save="end").final.load.a.s
 
 
+def pressed(model: Press) -> Any:
+    return simulate(model, 2.4, save="end", max_steps=200_000, max_events=200_000).final
+
+
 CASES: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "clutch opening": (ema_maxon, opening_time),
     "sticking clutch": (ehs_sticking, opening_time),
@@ -121,4 +128,6 @@ CASES: dict[str, tuple[Callable[[], Any], Callable[[Any], Any]]] = {
     "coupled clutches": (coupled_clutches, last_speed),
     "six-diode rectifier": (rectifier, mean_voltage),
     "servo of 36 states": (servo, reached),
+    "dual clutch": (dual_clutch, torque),
+    "press axis": (press, pressed),
 }

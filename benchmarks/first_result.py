@@ -50,6 +50,8 @@ LIMITS = {
     "coupled clutches": Limits(4.0, 3.0, 1.5),
     "six-diode rectifier": Limits(3.0, 2.5, 1.0),
     "servo of 36 states": Limits(4.0, None, 1.5),
+    "dual clutch": Limits(9.0, None, 1.0),
+    "press axis": Limits(9.0, None, 1.0),
 }
 
 _IMPORT = """

@@ -18,6 +18,7 @@ from .._evaluate.system import System
 from .._integrate.setup.options import kind_of, names_of
 from .._integrate.setup.pattern import pattern_of_rates
 from .._integrate.setup.user_function import UserFunction, trace
+from .._interpret.in_parts import in_parts
 from .._numbers import Numbers
 from .._progress import compiling
 from .._sparse_matrix import Pattern
@@ -144,7 +145,7 @@ def _linearised_open(
     return found._replaced(inputs=(*found.inputs[: len(found.inputs) - len(breaks)], *ports))
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
+@ft.partial(in_parts, static_argnums=(0, 1))
 def _matrices(
     places: tuple[Element, ...], quantity: UserFunction, constants: list[Numbers], point: OperatingPoint
 ) -> Any:

@@ -25,6 +25,7 @@ from .._evaluate.system import System
 from .._integrate.loop.loop_start import event_start, why_ended
 from .._integrate.setup.options import check_starts_after_past, instant, starts_after_past
 from .._integrate.start.initialise import initialised_leaves, needs_search
+from .._interpret.in_parts import in_parts
 from .._numbers import Numbers
 from .._reduce.aliases import TIME
 from .._tracing import is_traced
@@ -109,7 +110,7 @@ def _after_events(point: OperatingPoint, at: object) -> OperatingPoint:
     return dataclasses.replace(point, y=y, params=params)
 
 
-@jax.jit
+@in_parts
 def _event_start(point: OperatingPoint) -> tuple[Any, ModelParameters, Any, Any]:
     """States and parameters after the events at the start, the outcome of the start, and the true conditions."""
     system, inputs = point.system, point.inputs()
@@ -164,7 +165,7 @@ def _start(point: OperatingPoint) -> Array:
     return jnp.where(jnp.any(bad), jnp.nan, y)
 
 
-@jax.jit
+@in_parts
 def _initial_state(point: OperatingPoint) -> tuple[Array, Array]:
     return initial_state(point.system, point.t, point.inputs())
 
@@ -197,7 +198,7 @@ def _state_of_view(point: OperatingPoint, view: PyTree) -> Array:
     return _completed(point, leaves, y, tuple(np.flatnonzero(hidden).tolist())) if hidden.any() else y
 
 
-@ft.partial(jax.jit, static_argnums=3)
+@ft.partial(in_parts, static_argnums=(3,))
 def _completed(point: OperatingPoint, leaves: Sequence[Array], y: Array, elements: tuple[int, ...]) -> Array:
     """The state whose `elements` reproduce all variables of a view, by the Gauss-Newton method."""
     system, hidden = point.system, np.array(elements)

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._errors import ModelError
+from .._interpret.in_parts import in_parts
 
 SQUARINGS = 64  # maximum in the matrix exponential: enough for all time scales in double precision
 
@@ -45,4 +46,4 @@ def _exponential(matrix: Array) -> Array:
 def _at_times(function: Callable[[Any], Any], ts: Array) -> Array:
     if ts.ndim != 1:
         raise ModelError(f"The times of a response are a vector of seconds, not an array of shape {ts.shape}.")
-    return jax.jit(jax.vmap(function))(ts)
+    return in_parts(jax.vmap(function))(ts)

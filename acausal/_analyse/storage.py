@@ -9,6 +9,7 @@ from jax import Array
 
 from .._integrate.results.energy import stored
 from .._integrate.setup.user_function import UserFunction, trace
+from .._interpret.in_parts import in_parts
 from .._reduce.jaxpr import slice_output
 from .eigenmodes import Shares
 from .operating_point import OperatingPoint, invariants_at
@@ -38,7 +39,7 @@ def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
     return any(position >= n_constants for position in slice_output(quantity.closed, output).used)
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
+@ft.partial(in_parts, static_argnums=(0, 1))
 def _second_variations(
     quantity: UserFunction, independent: tuple[int, ...], constants: list[Array], point: OperatingPoint, v: Array
 ) -> Array:

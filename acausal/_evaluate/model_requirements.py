@@ -16,6 +16,7 @@ from .._declare.node import leaves_of
 from .._declare.node_requirements import violation
 from .._errors import ParameterError
 from .._indices import joined
+from .._interpret.in_parts import in_parts
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
 from .._reduce.kind_requirements import required
@@ -111,6 +112,6 @@ def are_met(model: Component) -> Array:
     return in_range(model) & ~jnp.any(joined(requirements.broken(ModelParameters(slots))))
 
 
-@ft.partial(jax.jit, static_argnums=0)
+@ft.partial(in_parts, static_argnums=(0,))
 def _broken(requirements: ModelRequirements, slots: dict[tuple[int, int], SlotValues]) -> Array:
     return joined(requirements.broken(ModelParameters(slots)))

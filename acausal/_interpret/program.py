@@ -7,7 +7,7 @@ start, is not worth compiling. A loop goes on as a compiled program, from where 
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol
+from typing import Any
 
 import jax
 import numpy as np
@@ -38,16 +38,29 @@ OPTIONS: dict[str, dict[str, Any]] = {
 }
 
 
-class Store(Protocol):
-    """Where compiled parts come from."""
+class Compiler:
+    """Compiles the parts of a program."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
 
     def stored(self, part: str, level: str, n_inputs: int) -> Callable[..., list[Any]] | None:
         """The program of a part, if it has been kept."""
-        ...
+        return None
 
     def compiled(self, part: str, level: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Callable[..., Any]:
         """Compile a part, a function of numbers with these shapes."""
-        ...
+        return lowered(self.name, run, shapes).compile(OPTIONS[level])
+
+
+def lowered(name: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Any:
+    """A function for XLA, with a name, by which jax knows it too."""
+
+    def named(*values: Any) -> Any:
+        return run(*values)
+
+    named.__name__ = name
+    return jax.jit(named).lower(*shapes)
 
 
 class Program:
@@ -56,10 +69,10 @@ class Program:
     `at_once`: it is compiled as a whole, with optimisations, at the first call.
     """
 
-    def __init__(self, closed: ClosedJaxpr, store: Store, steps: int, *, at_once: bool = False) -> None:
+    def __init__(self, closed: ClosedJaxpr, compiler: Compiler, steps: int, *, at_once: bool = False) -> None:
         self._closed, self._interpreter = closed, Interpreter()
-        self._whole = Part("whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), store, steps)
-        self._loops = {id(eqn): _loop(i, eqn, store, steps) for i, eqn in enumerate(_loops(closed.jaxpr))}
+        self._whole = Part("whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), compiler, steps)
+        self._loops = {id(eqn): _loop(i, eqn, compiler, steps) for i, eqn in enumerate(_loops(closed.jaxpr))}
         self._interpreter.loops.update(self._loops)
         if at_once:
             self._whole.optimise()
@@ -84,9 +97,9 @@ class Part:
     """A function that is compiled when its interpretation has cost enough, and again when its steps have."""
 
     def __init__(
-        self, name: str, run: Callable[..., Any], avals: Sequence[Any], size: int, store: Store, steps: int
+        self, name: str, run: Callable[..., Any], avals: Sequence[Any], size: int, compiler: Compiler, steps: int
     ) -> None:
-        self._name, self._run, self._store, self._steps = name, run, store, steps
+        self._name, self._run, self._compiler, self._steps = name, run, compiler, steps
         self._shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
         self.spent, self._pays = 0, PAYS * size  # equations interpreted, and when to compile
         self._until_optimised = REPAYS
@@ -121,24 +134,24 @@ class Part:
     def _look(self) -> None:
         """Looks for a stored program."""
         for level, left in ((OPTIMISED, 0), (QUICK, REPAYS)):
-            found = self._store.stored(self._name, level, len(self._shapes))
+            found = self._compiler.stored(self._name, level, len(self._shapes))
             if found is not None:
                 self._call, self._until_optimised = found, left
                 break
         self._is_known = True
 
     def _made(self, level: str) -> Callable[..., list[Value]]:
-        stored = self._store.stored(self._name, level, len(self._shapes))
-        return stored or self._store.compiled(self._name, level, self._run, self._shapes)
+        stored = self._compiler.stored(self._name, level, len(self._shapes))
+        return stored or self._compiler.compiled(self._name, level, self._run, self._shapes)
 
 
-def _loop(i: int, eqn: JaxprEqn, store: Store, steps: int) -> Part:
+def _loop(i: int, eqn: JaxprEqn, compiler: Compiler, steps: int) -> Part:
     size = sum(size_of(eqn.params[part].jaxpr) for part in ("cond_jaxpr", "body_jaxpr"))
 
     def run(*values: Any) -> list[Any]:
         return eqn.primitive.bind(*values, **eqn.params)
 
-    return Part(f"loop{i}", run, [atom.aval for atom in eqn.invars], size, store, steps)
+    return Part(f"loop{i}", run, [atom.aval for atom in eqn.invars], size, compiler, steps)
 
 
 def size_of(jaxpr: Jaxpr) -> int:

@@ -12,7 +12,7 @@ import acausal
 ROOT = Path(acausal.__file__).parent
 ROOMS = {
     "acausal": (
-        *("_units", "_declare", "_reduce", "_unit_check", "_evaluate", "_interpret", "_integrate", "_analyse", "_show"),
+        *("_units", "_declare", "_reduce", "_unit_check", "_interpret", "_evaluate", "_integrate", "_analyse", "_show"),
         *("codegen", "fmi", "testing", "design", "modelica"),
     ),
     "acausal._integrate": ("solvers", "setup", "programs", "step", "events", "loop", "start", "results"),

@@ -1,13 +1,12 @@
 """Programs of functions with known numbers, stored in the library's cache.
 
-A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`Program`). Both the jaxpr and
-the compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a traced
-and lowered program as its key. Here, the key is a digest of everything that determines the trace (`made_from.py`). If
-the digest is in doubt, nothing is stored.
+A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`Program`). The jaxpr and the
+compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a traced and
+lowered program as its key. Here, the key is a digest of everything that determines the trace (`made_from.py`). If the
+digest is in doubt, nothing is stored.
 """
 
 import contextlib
-import dataclasses
 import pickle
 import re
 import threading
@@ -17,23 +16,19 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import jax
-import numpy as np
 from jax import monitoring
 from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._interpret.program import OPTIONS, REPAYS, Program
-from ..._interpret.simplify import NotPlainError, simplified
+from ..._interpret.in_parts import Call, Kinds, are_known, runner, traced
+from ..._interpret.program import OPTIONS, Compiler, Program, lowered
+from ..._interpret.simplify import NotPlainError
 from ..._interpret.tape import closed_of, tape_of
-from ..._jax_private import ClosedJaxpr, deserialized, serialized, trace_context
+from ..._jax_private import ClosedJaxpr, deserialized, serialized
 from ..._jax_settings import programs
 from ..._made_once import made_once
-from ..._tracing import is_traced, within_transformation
 from .made_from import is_as_imported, key_of
-
-Kinds = tuple[tuple[tuple[int, ...], Any], ...]  # shape and type of each number
-Call = Callable[[list[Any]], PyTree]
 
 
 class Storable(Protocol):
@@ -60,85 +55,28 @@ class Storable(Protocol):
 
 
 def result_of(function: Storable, arguments: Any) -> PyTree:
-    """Evaluates the function by its stored program. If there is none, compiles and, if possible, stores one."""
-    return program_for(function, arguments)(arguments)
-
-
-def program_for(function: Storable, arguments: Any) -> Callable[[Any], PyTree]:
-    """The stored program of the function, if possible, for numbers of the same shapes and structure."""
+    """Evaluates the function, if possible by a stored program."""
     leaves, structure = jax.tree.flatten(arguments)
-    is_known = not within_transformation() and all(map(_is_plain, leaves))
-    if not is_known or not _is_usual():
-        return function
-    kinds = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
-    program = _program(function, structure, kinds)
-    return function if program is None else lambda arguments: program(jax.tree.leaves(arguments))
+    if not are_known(leaves):
+        return function(arguments)
+    program = _program(function, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
+    return function(arguments) if program is None else program(leaves)
 
 
-def _is_plain(leaf: Any) -> bool:
-    """Whether a leaf is a known number on the default device, or only a shape."""
-    if isinstance(leaf, np.ndarray | np.generic | jax.ShapeDtypeStruct):
-        return True
-    return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1 and not leaf.weak_type
-
-
-def _is_usual() -> bool:
-    """Whether jax compiles for the CPU with the settings that it had when the library was imported."""
-    config: Any = jax.config
-    others = (config.jax_debug_nans, config.jax_debug_infs, config.jax_disable_jit, config.jax_default_device)
-    if any(others) or not config.jax_enable_x64 or trace_context() != programs.context:
-        return False
-    return jax.default_backend() == "cpu" and jax.device_count() == 1
-
-
-def in_parts(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
-    """A function of known arrays, as `jax.jit` returns it, interpreted at first and compiled in parts when that pays."""
-    jitted = jax.jit(function)
-    made: dict[Kinds, Call | None] = {}
-
-    def call(*arrays: Any) -> PyTree:
-        arrays = tuple(np.asarray(a) if isinstance(a, float) else a for a in arrays)
-        if within_transformation() or not all(map(_is_plain, arrays)) or not _is_usual():
-            return jitted(*arrays)
-        kinds = tuple((a.shape, a.dtype) for a in arrays)
-        if kinds not in made:
-            made[kinds] = _made(_Plain(jitted), jax.tree.structure(arrays), kinds)
-        program = made[kinds]
-        return jitted(*arrays) if program is None else program(list(arrays))
-
-    return call
-
-
-@dataclasses.dataclass(frozen=True)
-class _Plain:
-    """A function of arrays, of which nothing is stored."""
-
-    function: Callable[..., PyTree]
-    name: str = "function"
-
-    def __call__(self, arguments: Any) -> PyTree:
-        return self.function(*arguments)
-
-    def steps(self, arguments: Any) -> int:
-        return REPAYS // 100
-
-    def contents(self, arguments: Any) -> list[object]:
-        raise NoFingerprintError("the function of a user")
-
-
-def _made(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
+@made_once(maxsize=256)
+def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
     """The program for numbers of these shapes; None if it prints or calls Python, which only jax can do."""
     file, shapes = _file_of(function, structure, kinds), [jax.ShapeDtypeStruct(*kind) for kind in kinds]
-    try:
-        closed, outputs = _read(file) or _traced(file, function, structure, shapes)
-    except NotPlainError:
-        return None
+    found = _read(file)
+    if found is None:
+        try:
+            found = traced(function, structure, shapes)
+        except NotPlainError:
+            return None
+        _write_jaxpr(file, *found)
+    closed, outputs = found
     steps = function.steps(structure.unflatten(shapes))
-    program = Program(closed, _Store(file, function.name), steps, at_once=not programs.in_parts)
-    return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
-
-
-_program = made_once(maxsize=256)(_made)
+    return runner(Program(closed, _Store(file, function.name), steps, at_once=not programs.in_parts), outputs)
 
 
 def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
@@ -162,29 +100,20 @@ def _read(file: Path | None) -> tuple[ClosedJaxpr, Any] | None:
     return None
 
 
-def _traced(file: Path | None, function: Storable, structure: Any, shapes: Sequence[Any]) -> tuple[ClosedJaxpr, Any]:
-    """The jaxpr of a function and the structure of its results, traced and, if possible, stored."""
-    outputs: list[Any] = []
-
-    def run(*leaves: Any) -> list[Any]:
-        found, whole = jax.tree.flatten(function(structure.unflatten(leaves)))
-        outputs[:] = [whole]
-        return found
-
-    closed = simplified(jax.make_jaxpr(run)(*shapes))
-    (whole,) = outputs
+def _write_jaxpr(file: Path | None, closed: ClosedJaxpr, outputs: Any) -> None:
+    """Store the jaxpr of a function and the structure of its results, if possible."""
     if file is not None and is_as_imported():
         with contextlib.suppress(Exception):  # storing is optional
-            content = pickle.dumps((tape_of(closed), whole.unflatten(range(whole.num_leaves))))
+            content = pickle.dumps((tape_of(closed), outputs.unflatten(range(outputs.num_leaves))))
             files.write(file, zlib.compress(content, 1))
-    return closed, whole
 
 
-class _Store:
+class _Store(Compiler):
     """The compiled parts of a program, on disk if possible."""
 
     def __init__(self, file: Path | None, name: str) -> None:
-        self._file, self._name = file, name
+        super().__init__(name)
+        self._file = file
 
     def stored(self, part: str, level: str, n_inputs: int) -> Callable[..., list[Any]] | None:
         """The stored program of a part; None if there is none that can be read."""
@@ -201,17 +130,12 @@ class _Store:
     def compiled(self, part: str, level: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Callable[..., Any]:
         """Compile a part and, if possible, store it."""
         file = self._place(part, level)
-
-        def named(*values: Any) -> Any:
-            return run(*values)
-
         # Each version gets its own name in jax's cache, too.
-        named.__name__ = self._name if file is None else file.stem.replace("-", "_")
-        lowered = jax.jit(named).lower(*shapes)
+        program = lowered(self.name if file is None else file.stem.replace("-", "_"), run, shapes)
         with _loads() as loaded:
-            call = lowered.compile(OPTIONS[level])
+            call = program.compile(OPTIONS[level])
         if file is not None and not loaded:
-            _write(file, call, lowered)
+            _write(file, call, program)
         return call
 
     def _place(self, part: str, level: str) -> Path | None:
@@ -219,11 +143,11 @@ class _Store:
         return None if file is None else file.with_name(f"{file.name.removesuffix('program')}{part}-{level}-program")
 
 
-def _write(file: Path, call: Any, lowered: Any) -> None:
+def _write(file: Path, call: Any, program: Any) -> None:
     """Store a compiled part, if possible. One that jax has loaded from its own cache cannot be serialised. One that
     calls libraries other than LAPACK is not stored, because only LAPACK is known to be available when it is read again.
     """
-    library = set(re.findall(r"custom_call @(\w+)", lowered.as_text()))
+    library = set(re.findall(r"custom_call @(\w+)", program.as_text()))
     if all(name.startswith("lapack_") for name in library) and is_as_imported():
         with contextlib.suppress(Exception):  # storing is optional: the program runs anyway
             files.write(file, zlib.compress(pickle.dumps((*serialized(call), bool(library))), 1))

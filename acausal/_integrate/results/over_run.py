@@ -12,6 +12,7 @@ from jax import Array
 
 from ..._equinox_private import unvmap_any
 from ..._evaluate.starts import Inputs
+from ..._interpret.in_parts import in_parts
 from ..._numbers import Numbers
 from ..._tracing import are_traced
 from ..events.turns import CLOSE, Peak, Turn, located
@@ -364,7 +365,7 @@ class OverRun:
         return are_traced(self.constants, self.params, self.record, self.inputs, self.forward)
 
 
-@ft.partial(jax.jit, static_argnums=(0, 1))
+@ft.partial(in_parts, static_argnums=(0, 1))
 def _evaluated(
     function: UserFunction, n: int, constants: list[Numbers], varying: dict[int, Any], fixed: dict[int, Any]
 ) -> Array:

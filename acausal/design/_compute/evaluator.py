@@ -17,11 +17,11 @@ from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
 from ..._evaluate.model_requirements import are_met, in_range
-from ..._integrate.programs.stored_program import in_parts
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
 from ..._integrate.step.derivative import FEW
+from ..._interpret.in_parts import in_parts
 from ..._numbers import Numbers
 from ..._progress import compiling
 from .._problem.free import Free
