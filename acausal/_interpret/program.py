@@ -101,7 +101,7 @@ class Part:
     ) -> None:
         self._name, self._run, self._compiler, self._steps = name, run, compiler, steps
         self._shapes = [jax.ShapeDtypeStruct(aval.shape, aval.dtype) for aval in avals]
-        self.spent, self._pays = 0, PAYS * size  # equations interpreted, and when to compile
+        self.spent, self._pays = 0, PAYS * max(size, 1)  # equations interpreted, and when to compile
         self._until_optimised = REPAYS
         self._call: Callable[..., list[Value]] | None = None
         self._is_known, self._lock = False, threading.Lock()

@@ -83,9 +83,8 @@ def partly_read(x: Any) -> Any:
     """Inner jaxprs of which only some results are read."""
 
     def step(c: Any, _: Any) -> Any:
-        return lax.cond(
-            c[0] > 1.0, lambda c: (c[0] * 0.5, c[1] + 1.0, c[2]), lambda c: (c[0], c[1], c[2] * c[0]), c
-        ), c[1]
+        halved = lax.cond(c[0] > 0.2, lambda c: (c[0] * 0.5, c[1] + 1.0, c[2]), lambda c: (c[0], c[1], c[2] * c[0]), c)
+        return halved, c[1]
 
     return lax.scan(step, (x, x, x), None, length=3)[0][0]
 
