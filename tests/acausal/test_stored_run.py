@@ -4,10 +4,9 @@ import os
 import pickle
 import subprocess
 import sys
-import threading
 import uuid
 import zlib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Self
 
@@ -37,6 +36,7 @@ from acausal import (
 from acausal._evaluate.building import system_of
 from acausal._fingerprint import NoFingerprintError, fingerprint
 from acausal._integrate.programs import made_from, stored_program
+from acausal._interpret import program
 from acausal._jax_settings import programs
 
 
@@ -269,90 +269,52 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
         np.testing.assert_allclose(solution["c.v"][-1], last, rtol=rtol)
         return solution
 
+    monkeypatch.setattr(program, "PAYS", 10**9)
     first = run()
     files = sorted(tmp_path.iterdir())
     read = ["reading"] if "save" in saves and not isinstance(saves["save"], str) else []
     assert [file.name.partition("-")[0] for file in files] == ["end", *read, "start", "steps", "trajectories"]
-    monkeypatch.setattr(stored_program, "_compiled", None)
-    second = run()
+    with monkeypatch.context() as patch:
+        patch.setattr(stored_program, "_traced", None)
+        second = run()
     assert jax.tree.structure(first) == jax.tree.structure(second)
     jax.tree.map(np.testing.assert_array_equal, first, second)
     assert second.system is first.system
     # One that is to be differentiated, or is part of a function that is compiled, is traced as ever.
     assert jax.make_jaxpr(lambda: simulate(rc(), 1.0, save="end").final.c.v)().eqns
     assert jax.grad(lambda t: simulate(rc(), t, save="end").final.c.v)(0.1) > 0.0
-    monkeypatch.undo()
-    monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(made_from, "machine", lambda: other)
+    monkeypatch.setattr(program, "PAYS", 2)
+    t1 = pytest.approx(float(first.t1), rel=1e-12)
+    assert float(run().t1) == t1
+    n_files = len(files)
+    files = sorted(tmp_path.iterdir())
+    assert len(files) > n_files  # with compiled parts
     for spoilt in (pickle.dumps("spoilt"), files[0].read_bytes()[:-1], b""):
         for file in files:
             file.write_bytes(spoilt)
-        assert run().t1 == first.t1
+        assert float(run().t1) == t1
     for file in files:
         _program_files.write(file, b"no program")
-    assert run().t1 == first.t1
+    assert float(run().t1) == t1
 
 
-def test_the_programs_of_a_first_run_are_compiled_once_and_in_parallel(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    other, compiled, threads = str(uuid.uuid4()), stored_program._compiled, dict[str, list[int]]()
+def test_a_start_that_fails_takes_no_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    """So their program is not made, either."""
+    made, whole = [], stored_program._traced
 
-    def noted(file: Path, function: Any, *others: Any) -> Any:
-        threads.setdefault(function.name, []).append(threading.get_ident())
-        return compiled(file, function, *others)
+    def noted(file: Path | None, function: Any, *others: Any) -> Any:
+        made.append(function.name)
+        return whole(file, function, *others)
 
-    monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(made_from, "machine", lambda: other)
-    monkeypatch.setattr(stored_program, "_compiled", noted)
+    monkeypatch.setattr(stored_program, "_traced", noted)
     stored_program._program.cache_clear()
-    simulate(rc(), 1.0, save="end")
-    assert {name: len(found) for name, found in threads.items()} == dict(start=1, steps=1, end=1)
-    assert threads["start"] == [threading.get_ident()]
-    assert threads["start"] != threads["steps"]
-    assert threads["start"] != threads["end"]
-
-
-@pytest.fixture
-def blocked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[threading.Event]:
-    """The steps of new runs are not compiled. The event is set once a thread has waited for them too long."""
-    other, compiled, is_over, waited = str(uuid.uuid4()), stored_program._compiled, threading.Event(), threading.Event()
-
-    def without_steps(file: Path, function: Any, *others: Any) -> Any:
-        if function.name == "steps":
-            if not is_over.wait(60.0):
-                waited.set()
-            raise RuntimeError("not compiled")
-        return compiled(file, function, *others)
-
-    monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(made_from, "machine", lambda: other)
-    monkeypatch.setattr(stored_program, "_compiled", without_steps)
-    stored_program._program.cache_clear()
-    yield waited
-    is_over.set()
-
-
-def test_an_interrupt_does_not_wait_for_the_programs_compiled_in_parallel(
-    blocked: threading.Event, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupted() -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(stored_program, "_loads", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        simulate(rc(), 1.0, save="end")
-    assert not blocked.is_set()
-
-
-def test_a_start_that_fails_takes_no_steps(blocked: threading.Event) -> None:
-    """So its error does not wait for their program either."""
     with pytest.raises(SimulationError, match="cannot have the value it is given"):
         simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1)
     failed = simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1, throw=False)
     assert failed.ts.tolist() == [0.0]
     assert failed.stats["num_steps"] == 0
-    assert not blocked.is_set()
+    assert "start" in made
+    assert "steps" not in made
 
 
 WITH_LAPACK = """
@@ -370,7 +332,7 @@ print(simulate(Chain(A=jnp.diag(jnp.array([1.0, 2.0, 3.0]))), 1.0, rtol=1e-8, sa
 @pytest.mark.thorough
 def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
     """Nothing has loaded that library in it, as compiling does."""
-    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path)}
+    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path), "ACAUSAL_OPTIMISE": "on"}
     environment.pop("JAX_COMPILATION_CACHE_DIR", None)
     said = []
     for _ in range(2):
@@ -378,7 +340,7 @@ def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
         assert done.returncode == 0, done.stderr
         said.append(done.stdout)
     assert said[0] == said[1]
-    (file,) = tmp_path.glob("steps-*-program")
+    (file,) = tmp_path.glob("steps-*-whole-optimised-program")
     content = _program_files.read(file)
     assert content
     assert b"lapack_" in zlib.decompress(content)
@@ -396,8 +358,8 @@ atexit.register(lambda: print(simulate(Decay(), 1.0, save="end").final.x))
 
 
 def test_a_first_run_while_the_interpreter_ends(tmp_path: Path) -> None:
-    """No thread starts any more to compile its programs."""
-    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path)}
+    """Its programs are compiled, though no thread starts any more."""
+    environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path), "ACAUSAL_OPTIMISE": "on"}
     environment.pop("JAX_COMPILATION_CACHE_DIR", None)
     done = subprocess.run([sys.executable, "-c", AT_THE_END], env=environment, capture_output=True, text=True)
     assert done.stdout.startswith("0.3678"), done.stderr

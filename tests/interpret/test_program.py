@@ -197,7 +197,6 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Made:
 
     stored_program._program.cache_clear()
     monkeypatch.setattr(stored_program._Store, "compiled", noted)
-    monkeypatch.setattr(stored_program, "_is_usual", lambda: True)  # the tests switch optimisations off themselves
     return made
 
 
