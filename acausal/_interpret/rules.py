@@ -1,4 +1,4 @@
-"""The primitives of jax as functions of NumPy arrays.
+"""The primitives of jax as functions of NumPy arrays, except those that `simplified` leaves out.
 
 A rule takes an equation of a jaxpr and returns the function that evaluates it. Values are arrays or NumPy scalars of
 the equation's types. No function changes its arguments.
@@ -126,17 +126,6 @@ RULES.update(
             "or": operator.or_,
             "xor": operator.xor,
             "not": operator.invert,
-            "copy": _same,
-            "stop_gradient": _same,
-            "name": _same,
-            # What concerns only transformations: these values are outside of all.
-            "nonbatchable": _same,
-            "nondifferentiable_backward": lambda *x: x[0] if len(x) == 1 else list(x),
-            "nontraceable": _same,
-            "select_if_vmap": lambda which, x, y: x,
-            "unvmap_any": np.any,
-            "unvmap_all": np.all,
-            "unvmap_max": np.max,
         }.items()
     }
 )

@@ -12,6 +12,7 @@ import numpy as np
 import optimistix as optx
 from equinox import internal as eqxi
 from jax import lax
+from jax.ad_checkpoint import checkpoint_name
 
 MATRIX = np.array([[4.0, 1.0, 0.0], [1.0, 3.0, 0.5], [0.0, 0.5, 2.0]])
 SIDE = np.array([1.0, -2.0, 0.5])
@@ -89,6 +90,13 @@ def partly_read(x: Any) -> Any:
     return lax.scan(step, (x, x, x), None, length=3)[0][0]
 
 
+def for_transformations(x: Any, which: Any, n: Any) -> Any:
+    """Primitives that do nothing outside of transformations."""
+    same = checkpoint_name(jnp.copy(lax.stop_gradient(x)), "x"), eqxi.nontraceable(x, name="x"), eqxi.nonbatchable(x)
+    unbatched = eqxi.unvmap_any(which), eqxi.unvmap_all(which), eqxi.unvmap_max(n), eqxi.unvmap_any(which[0])
+    return same, eqxi.nondifferentiable_backward((x, n)), unbatched
+
+
 def equal_branches(x: Any) -> Any:
     """Jaxprs that occur in several places."""
     step = jax.jit(lambda y: lax.cond(y > 1.0, jnp.sin, jnp.cos, y) + SIDE)
@@ -122,6 +130,7 @@ FUNCTIONS: dict[str, tuple[Callable[..., Any], tuple[Any, ...]]] = {
     "known choice": (known_choice, (0.3,)),
     "indices": (lambda x, i: (x.at[i].add(1.0), x.at[i].set(2.0), jnp.take(x, i)), (SIDE, np.array([0, 2, 5, -1]))),
     "types": (lambda x: (x.astype(np.float32), x.astype(int), x > 0.0, jnp.sum(x > 0.0), x * 1j), (SIDE,)),
+    "for transformations": (for_transformations, (0.3, np.array([False, True]), np.array([3, 1]))),
     "nothing": (lambda x: (), (1.0,)),
 }
 CALLING = {  # Python, which no other process can
