@@ -36,7 +36,7 @@ from acausal import (
 from acausal._evaluate.building import system_of
 from acausal._fingerprint import NoFingerprintError, fingerprint
 from acausal._integrate.programs import made_from, stored_program
-from acausal._interpret import program
+from acausal._interpret import in_parts, program
 from acausal._jax_settings import programs
 
 
@@ -218,12 +218,12 @@ def test_what_has_no_derivative_does_not_fail() -> None:
 
 
 def test_settings_of_the_moment_keep_a_run_from_being_stored() -> None:
-    assert stored_program._is_usual()
+    assert in_parts.is_usual()
     with jax.numpy_rank_promotion("raise"):
-        assert not stored_program._is_usual()
+        assert not in_parts.is_usual()
     with jax.debug_nans(True):
-        assert not stored_program._is_usual()
-    assert stored_program._is_usual()
+        assert not in_parts.is_usual()
+    assert in_parts.is_usual()
 
 
 def test_files_are_read_where_nobody_else_can_have_written_them(tmp_path: Path) -> None:
@@ -275,7 +275,7 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     read = ["reading"] if "save" in saves and not isinstance(saves["save"], str) else []
     assert [file.name.partition("-")[0] for file in files] == ["end", *read, "start", "steps", "trajectories"]
     with monkeypatch.context() as patch:
-        patch.setattr(stored_program, "_traced", None)
+        patch.setattr(stored_program, "traced", None)
         second = run()
     assert jax.tree.structure(first) == jax.tree.structure(second)
     jax.tree.map(np.testing.assert_array_equal, first, second)
@@ -300,13 +300,13 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
 
 def test_a_start_that_fails_takes_no_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     """So their program is not made, either."""
-    made, whole = [], stored_program._traced
+    made, whole = [], stored_program.traced
 
-    def noted(file: Path | None, function: Any, *others: Any) -> Any:
+    def noted(function: Any, *others: Any) -> Any:
         made.append(function.name)
-        return whole(file, function, *others)
+        return whole(function, *others)
 
-    monkeypatch.setattr(stored_program, "_traced", noted)
+    monkeypatch.setattr(stored_program, "traced", noted)
     stored_program._program.cache_clear()
     with pytest.raises(SimulationError, match="cannot have the value it is given"):
         simulate(gear_train(2.0, w1=3.0, w2=5.0), 0.1)

@@ -16,7 +16,7 @@ from jax import lax
 
 from acausal import Component, Equations, Scalar, SimulationError, Solution, Time, Var, eq, simulate
 from acausal._integrate.programs import stored_program
-from acausal._interpret import program
+from acausal._interpret import in_parts, program
 from acausal._interpret.program import OPTIMISED, OPTIONS, QUICK, Program
 from acausal._interpret.simplify import simplified
 from acausal._jax_private import options
@@ -192,7 +192,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Made:
     whole = stored_program._Store.compiled
 
     def noted(store: Any, part: str, level: str, *others: Any) -> Any:
-        made.append((f"{store._name} {part}", level))
+        made.append((f"{store.name} {part}", level))
         return whole(store, part, level, *others)
 
     stored_program._program.cache_clear()
@@ -231,7 +231,7 @@ def test_all_ways_to_run_a_model_agree(
         interpreted = run_anew(run)
         assert not compiled
     with monkeypatch.context() as patch:
-        patch.setattr(stored_program, "_is_usual", lambda: False)
+        patch.setattr(in_parts, "is_usual", lambda: False)
         assert_agree(interpreted, run_anew(run))  # with the traced functions
         assert not compiled
     monkeypatch.setattr(programs, "folder", tmp_path)
@@ -254,7 +254,7 @@ def test_results_do_not_depend_on_where_the_switch_happens(compiled: Made, monke
     whole = stored_program._Store.compiled
 
     def once(store: Any, part: str, level: str, *others: Any) -> Any:
-        key = store._name + part, level
+        key = store.name + part, level
         if key not in kept:
             kept[key] = whole(store, part, level, *others)
         return kept[key]
