@@ -17,7 +17,7 @@ from jax import lax
 from acausal import Component, Equations, Scalar, SimulationError, Solution, Time, Var, eq, simulate
 from acausal._integrate.programs import stored_program
 from acausal._interpret import in_parts, program
-from acausal._interpret.program import OPTIMISED, OPTIONS, QUICK, Program
+from acausal._interpret.program import OPTIMISED, OPTIONS, QUICK, Compiler, Program
 from acausal._interpret.simplify import simplified
 from acausal._jax_private import options
 from acausal._jax_settings import choose_optimisation, programs
@@ -40,10 +40,11 @@ def collatz(n: Any) -> Any:
 FOUND = {27: (111, 9232, 34), 97: (118, 9232, 34), 1: (0, 1, 0), 7: (16, 52, 11)}
 
 
-class Store:
+class Store(Compiler):
     """Parts compiled in this process, and errors to raise in place of compiling."""
 
     def __init__(self, *errors: BaseException) -> None:
+        super().__init__("function")
         self.made: Made = []
         self.kept: dict[tuple[str, str], Any] = {}
         self.errors = list(errors)
