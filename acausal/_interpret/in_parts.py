@@ -45,8 +45,8 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
         statics = tuple(arguments[i] for i in static_argnums)
         others = [value for i, value in enumerate(arguments) if i not in static_argnums]
         leaves, structure = jax.tree.flatten(others)
-        numbers = [np.asarray(x) if isinstance(x, float | int) else x for x in leaves]
-        if not are_known(numbers):
+        numbers = known_numbers(leaves)
+        if numbers is None:
             return jitted(*arguments)
         made = program(statics, structure, tuple((x.shape, x.dtype) for x in numbers))
         return jitted(*arguments) if made is None else made(numbers)
@@ -72,16 +72,18 @@ def runner(program: Program, outputs: Any) -> Call:
     return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
 
 
-def are_known(leaves: Sequence[Any]) -> bool:
-    """Whether a function of these leaves can be evaluated here and now."""
-    return not within_transformation() and all(map(_is_plain, leaves)) and is_usual()
+def known_numbers(leaves: Sequence[Any]) -> list[Any] | None:
+    """The leaves as arrays of strong types; None if a function of them cannot be evaluated here and now."""
+    if within_transformation() or not all(map(_is_plain, leaves)) or not is_usual():
+        return None
+    return [leaf if isinstance(leaf, jax.Array) and not leaf.weak_type else np.asarray(leaf) for leaf in leaves]
 
 
 def _is_plain(leaf: Any) -> bool:
-    """Whether a leaf is a known number on the default device, or not."""
-    if isinstance(leaf, np.ndarray | np.generic):
+    """Whether a leaf is a known number on the default device."""
+    if isinstance(leaf, np.ndarray | np.generic | float | int):
         return True
-    return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1 and not leaf.weak_type
+    return isinstance(leaf, jax.Array) and not is_traced(leaf) and len(leaf.devices()) == 1
 
 
 def is_usual() -> bool:

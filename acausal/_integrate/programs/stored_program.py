@@ -21,7 +21,7 @@ from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._interpret.in_parts import Call, Kinds, are_known, runner, traced
+from ..._interpret.in_parts import Call, Kinds, known_numbers, runner, traced
 from ..._interpret.program import OPTIONS, Compiler, Program, lowered
 from ..._interpret.simplify import NotPlainError
 from ..._interpret.tape import closed_of, tape_of
@@ -57,10 +57,11 @@ class Storable(Protocol):
 def result_of(function: Storable, arguments: Any) -> PyTree:
     """Evaluates the function, if possible by a stored program."""
     leaves, structure = jax.tree.flatten(arguments)
-    if not are_known(leaves):
+    numbers = known_numbers(leaves)
+    if numbers is None:
         return function(arguments)
-    program = _program(function, structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves))
-    return function(arguments) if program is None else program(leaves)
+    program = _program(function, structure, tuple((x.shape, x.dtype) for x in numbers))
+    return function(arguments) if program is None else program(numbers)
 
 
 @made_once(maxsize=256)
