@@ -342,6 +342,17 @@ def _reshaped(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     return _made(name, args, arg.type, (*arg.dims, 1, 1)[:2]) if len(arg.dims) != 2 else arg
 
 
+def _promoted(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+    """`promote(a, n)`: an array with further dimensions of size 1 at the end (section 10.4.2.1)."""
+    rank = int(here.known(x.args[1], "the number of dimensions of `promote`"))
+    sizes = [n for n in args[0].dims if n is not None]
+    if rank < len(args[0].dims) or len(sizes) < len(args[0].dims):
+        raise here.error(x.at, f"`promote` cannot give an array of {len(args[0].dims)} dimensions {rank} of them.")
+    items = [element(args[0].x, [e.Const(i) for i in index]) for index in indices(sizes)]
+    dims = (*sizes, *[1] * (rank - len(sizes)))
+    return args[0]._replace(x=nested(items, dims), dims=dims)
+
+
 def _cat(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     axis = int(here.known(x.args[0], "the dimension of `cat`")) - 1
     parts = args[1:]
@@ -595,7 +606,7 @@ FUNCTIONS: dict[str, tuple[int, int, _Handler]] = {
     "spatialDistribution": (4, 6, _refused), "rooted": (1, 1, _rooted), "transition": (2, 6, _refused),
     "isRoot": (1, 1, _rooted), "initialState": (1, 1, _refused), "activeState": (1, 1, _refused),
     "ticksInState": (0, 0, _refused),
-    "timeInState": (0, 0, _refused), "promote": (2, 2, _refused),
+    "timeInState": (0, 0, _refused), "promote": (2, 2, _promoted),
 }  # fmt: skip
 
 

@@ -251,8 +251,12 @@ class Equations:
             return
         if name[0] == "Connections" and name[-1] in CONNECTION_OPERATORS:
             return
-        if name == ("terminate",) or name == ("reinit",):
-            raise self.here.error(call.at, f"`{name[0]}` is allowed in when-clauses only.")
+        if name == ("terminate",):  # at the start
+            body = (Statements(self.here, in_when=True).call(call),)
+            self.found.whens.append(e.WhenClause(((e.Builtin("Initial", ()), body),)))
+            return
+        if name == ("reinit",):
+            raise self.here.error(call.at, "`reinit` is allowed in when-clauses only.")
         found = self.here.typed(call)
         if not isinstance(found.x, e.FunctionCall):
             raise self.here.error(call.at, f"{call.function} is no equation.")

@@ -360,7 +360,9 @@ class Expressions:
             if part.dims or part.type.name not in ("Integer", "Real", "Boolean", "enumeration"):
                 raise self.error(x.at, f"the ends of a range must be scalars, not of type {part.type}.")
         kind = common(start.type, stop.type)
-        if kind is None or (step is not None and not step.type.is_numeric):
+        if step is not None and not (kind is not None and kind.is_numeric and step.type.is_numeric):
+            raise self.error(x.at, f"a range of {start.type} with a step of {step.type}; only numbers have steps.")
+        if kind is None:
             raise self.error(x.at, f"the ends of the range have different types: {start.type} and {stop.type}.")
         if step is not None and step.type == REAL:
             kind = REAL

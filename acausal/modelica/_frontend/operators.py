@@ -18,10 +18,10 @@ _RELATIONS = ("<", "<=", ">", ">=", "==", "<>")
 def unary(op: str, arg: Typed, error: Error) -> Typed:
     if op == "not":
         if arg.type != BOOLEAN:
-            raise error(f"`not` needs a Boolean, but has {_written(arg)}.")
+            raise error(f"`not` needs a Boolean, but has {written(arg)}.")
         return arg._replace(x=e.Unary("Not", arg.x))
     if not arg.type.is_numeric:
-        raise error(f"`{op}` needs a number, but has {_written(arg)}.")
+        raise error(f"`{op}` needs a number, but has {written(arg)}.")
     if op in ("+", ".+"):
         return arg
     if isinstance(arg.x, e.Const) and not isinstance(arg.x.value, str):
@@ -35,7 +35,7 @@ def binary(op: str, a: Typed, b: Typed, error: Error) -> Typed:
     x = e.Binary(OPERATIONS[op], a.x, b.x)
 
     def unfit() -> Exception:
-        return error(f"`{op}` cannot have {_written(a)} and {_written(b)} as its sides.")
+        return error(f"`{op}` cannot have {written(a)} and {written(b)} as its sides.")
 
     if op in ("and", "or"):
         if a.type != BOOLEAN or b.type != BOOLEAN or not same_dims(a.dims, b.dims):
@@ -83,5 +83,5 @@ def _dims(op: str, a: Dims, b: Dims) -> Dims | None:
     return (*a[:-1], *b[1:])
 
 
-def _written(x: Typed) -> str:
+def written(x: Typed) -> str:
     return f"a value of type {x.type}" + (f" and size {written_dims(x.dims)}" if x.dims else "")

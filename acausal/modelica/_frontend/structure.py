@@ -18,6 +18,7 @@ from .classes import ClassElement, ComponentElement, Instance, Top
 from .expressions import Expressions
 from .functions import Functions
 from .modifiers import Binding, Index, Modifier
+from .operators import written
 from .references import literal
 from .typed import (
     VARIABILITY,
@@ -150,7 +151,7 @@ class Context:
                 return counted[0].dims[0]
         value = here.single(size)
         if value.type.name != "Integer" or value.dims:
-            raise here.error(size.at, f"a size must be an Integer, not of type {value.type}.")
+            raise here.error(size.at, f"a size must be a scalar Integer, not {written(value)}.")
         if value.variability > 1 and not component.is_local:
             raise here.error(size.at, f"the size of {component.name} is not a constant or parameter.")
         try:

@@ -202,7 +202,7 @@ def test_operators_of_records() -> None:
         ("Real x = if 1 then 2 else 3;", "must be a Boolean scalar"),
         ("Real x[10] = 1:1e-300:10;", "the step 1e-300 of the range from 1 to 10 is too small"),
         ("Real x[-1];", "the size of x is -1"),
-        ("Real n; Real x[n];", "a size must be an Integer"),
+        ("Real n; Real x[n];", "a size must be a scalar Integer"),
         ("Integer n; Real x[n];", "is not a constant or parameter"),
         ("parameter Integer n; Real x[n];", "needs a value that is not known"),
         ("Real x[:];", "needs a value that gives it"),
@@ -307,3 +307,12 @@ def test_arrays_and_texts_of_operator_records() -> None:
 def test_arrays_of_different_sizes_are_no_array() -> None:
     with pytest.raises(ModelicaError, match="the elements of a have different sizes here"):
         flat("model A parameter Integer n; Real x[n]; end A; model M A a[2](n = {1, 2}); Real s[2, 2] = a.x; end M;")
+
+
+def test_promote_adds_dimensions_and_terminate_outside_of_when_ends_at_the_start() -> None:
+    source = (
+        'model M Real x, y[2]; Real a[2, 1] = promote(y, 2), b[1] = promote(x, 1); equation terminate("end"); end M;'
+    )
+    found = variables(source)
+    assert (found["a[2, 1]"], found["b[1]"]) == ("{{y[1]}, {y[2]}}", "{x}")
+    assert text(flat(source).whens[0]) == "when Initial() then Terminate end when"

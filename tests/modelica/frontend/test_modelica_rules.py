@@ -111,6 +111,7 @@ CLAUSES = [
 ]  # fmt: skip
 
 CALLS = [
+    ("type E = enumeration(a, b); model M E x[2] = E.a:E.a:E.b; end M;", "only numbers have steps"),
     ("model M Real x = sum(0); end M;", "`sum` needs an array, not a scalar"),
     ("model M Real x[2, 3] = symmetric({{1, 2, 3}, {4, 5, 6}}); end M;", "`symmetric` needs a square matrix"),
     ("model M Real x = pure(1.0); end M;", "`pure` needs the call of a function"),
