@@ -109,7 +109,7 @@ class ClassElement:
         """Checks a redeclared class against the constraint of the declaration that it replaces."""
         constraint, scope = original.tree.constraint, original.definition_scope
         wanted = scope.find_class(constraint.type, original.definition.source) if constraint else original
-        _check_subtype(self.instance, wanted.instance, lambda text: self.definition.source.error(self.tree.at, text))
+        check_subtype(self.instance, wanted.instance, lambda text: self.definition.source.error(self.tree.at, text))
 
     @property
     def is_partial(self) -> bool:
@@ -713,7 +713,7 @@ class ComponentElement:
             if self.replaced is not None:
                 constraint = self.replaced.constraint
                 wanted = self.holder.find_class(constraint.type if constraint else self.replaced.type)
-                _check_subtype(self._type.instance, wanted.instance, self.error)
+                check_subtype(self._type.instance, wanted.instance, self.error)
         return self._type
 
     @property
@@ -961,17 +961,25 @@ def _have_one_text(a: object, b: object) -> bool:
     return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
 
 
-def _check_subtype(new: Instance, wanted: Instance, error: Callable[[str], TextError]) -> None:
-    """Raises `error` for a redeclaration without the elements of its constraint (section 7.3, chapter 6)."""
+def check_subtype(
+    new: Instance, wanted: Instance, error: Callable[[str], TextError], role: str = "which it replaces"
+) -> None:
+    """Raises `error` for a class without the elements of the one that it replaces (section 7.3, chapter 6)."""
     if new.tree is wanted.tree:
         return
-    missing = [one.name for one in wanted.components() if not one.is_protected and one.name not in new.elements]
     if new.builtin != wanted.builtin and (wanted.builtin or new.builtin) and wanted.kind == "type":
-        raise error(f"{new.name} is no {wanted.builtin or wanted.name}, which it replaces.")
+        raise error(f"{new.name} is no {wanted.builtin or wanted.name}, {role}.")
     if wanted.literals and new.literals != wanted.literals:
-        raise error(f"{new.name} has other literals than {wanted.name}, which it replaces.")
-    if missing:
-        raise error(f"{new.name} has no {missing[0]}, which {wanted.name} has that it replaces.")
+        raise error(f"{new.name} has other literals than {wanted.name}, {role}.")
+    for one in wanted.components():
+        if one.is_protected:
+            continue
+        own = new.elements.get(one.name)
+        if not isinstance(own, ComponentElement):
+            raise error(f"{new.name} has no {one.name}, as {wanted.name} has, {role}.")
+        kind, other = own.type.instance.builtin, one.type.instance.builtin
+        if kind != other and (kind or other) and (kind, other) != ("Integer", "Real"):
+            raise error(f"{own.path} is no {other or one.type.name}, as in {wanted.name}, {role}.")
 
 
 def _is_outside(scope: Instance, holder: Instance) -> bool:

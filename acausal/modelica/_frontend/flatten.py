@@ -11,7 +11,7 @@ from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, 
 from .._translate.scope import NotKnown
 from . import tree as t
 from .algorithms import Statements, targets
-from .classes import ComponentElement, Instance, Top, join
+from .classes import ComponentElement, Instance, Top, check_subtype, join
 from .connections import Connections, equations
 from .equations import Equations, Found
 from .expressions import Expressions
@@ -210,10 +210,8 @@ class _Flattening:
             return
         kind = type_of(component.prototype)
         sizes = [n or 0 for n in self.context.sizes(component)]
-        if kind.name == "function":
-            raise component.error(f"{component.name} is a function, which is no component of a model.")
+        self._check_class(component)
         if kind.name in ("record", "component"):
-            self._check_class(component)
             if kind.name == "component":
                 self.context.binding(component)  # refused if there is one
             if kind.name == "record":
@@ -232,13 +230,9 @@ class _Flattening:
         if component.tree.modification is not None:
             raise component.error(f"{component.name} is outer, and its declaration cannot have a modification.")
         inner = self.context.inner(component, self.root, component.tree.at)
-        own, other = type_of(component.prototype), type_of(inner.prototype)
-        missing = [one.name for one in component.prototype.components() if one.name not in inner.prototype.elements]
-        if own.name != other.name or missing:
-            raise component.error(
-                f"{inner.path} is no {component.prototype.name}, as the outer component {component.path} needs"
-                + (f": it has no {missing[0]}." if missing else ".")
-            )
+        if type_of(component.prototype).name != type_of(inner.prototype).name:
+            raise component.error(f"{inner.path} is no {component.prototype.name}, as the outer component needs.")
+        check_subtype(inner.prototype, component.prototype, component.error, "the class of the outer component")
 
     def _declaration(self, component: ComponentElement) -> None:
         """Adds a variable, or the equation of a record."""
@@ -251,7 +245,8 @@ class _Flattening:
         instance = component.prototype
         if instance.element.is_partial:
             raise component.error(f"{component.name} is of the partial class {instance.name}.")
-        if instance.kind in ("package", "operator", "type"):
+        is_empty = instance.kind == "type" and type_of(instance).name == "component"
+        if is_empty or instance.is_function or instance.kind in ("package", "operator"):
             raise component.error(f"{component.name} is of the {instance.kind} {instance.name}.")
 
     def _record(self, component: ComponentElement) -> None:

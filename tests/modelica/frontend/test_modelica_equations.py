@@ -262,7 +262,7 @@ def test_wrong_texts_are_refused_with_their_place(text_of_model: str, message: s
             "must have variables",
         ),
         ("inner Real x; A a; model A outer Real x = 1; end A;", "its declaration cannot have a modification"),
-        ("inner B b; A a; model B end B; model C Real y; end C; model A outer C b; end A;", "it has no y"),
+        ("inner B b; A a; model B end B; model C Real y; end C; model A outer C b; end A;", "B has no y, as C has"),
     ],
 )
 def test_wrong_declarations_are_refused(text_of_model: str, message: str) -> None:

@@ -151,7 +151,7 @@ def test_removed_elements() -> None:
         (
             "model A replaceable model T Real x; end T; T t; end A; model C end C;"
             " model M A a(redeclare model T = C); end M;",
-            "C has no x, which T has that it replaces",
+            "C has no x, as T has, which it replaces",
         ),
         ("model A replaceable Real x; end A; model M A a(redeclare Integer x); end M;", "Integer is no Real"),
         ("model M M m; end M;", "contains itself"),

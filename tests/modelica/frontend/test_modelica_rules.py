@@ -65,6 +65,11 @@ LOOKUP = [
 ]  # fmt: skip
 
 MODIFICATION = [
+    ("model A Real x; end A; model B String x; end B; model C replaceable A a; end C; "
+     "model M C c(redeclare B a); end M;",
+     "B.x is no Real, as in A, which it replaces"),
+    ("model A Real x; end A; model B Real y; end B; model C replaceable A a; end C; model M C c(redeclare B a); end M;",
+     "B has no x, as A has, which it replaces"),
     ("model M Real x[2](start = 1); end M;", "its attribute start has a scalar: it needs `each`"),
     ("model M Real x[2, 2](start = {1, 2}); end M;", r"x has size [2, 2], but its attribute start has size [2]"),
     ("model M Real x(redeclare Real start = 1); end M;", "start is an attribute, and cannot be redeclared"),
