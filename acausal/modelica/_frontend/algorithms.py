@@ -8,7 +8,7 @@ from . import references
 from . import tree as t
 from .expressions import Expressions
 from .source import TextError
-from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, Typed, accepts, element, same_dims, written_dims
+from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, STRING, Typed, accepts, element, same_dims, written_dims
 
 
 class NeedsUnrolling(Exception):
@@ -168,7 +168,12 @@ class Statements:
         if name == "terminate":
             if self.is_function:
                 raise self.here.error(call.at, "`terminate` is not allowed in functions.")
-            return e.Terminate(self.here.single(_argument(self.here, call, ("message",), 0)).x)
+            message = self.here.single(_argument(self.here, call, ("message",), 0))
+            if message.type != STRING or message.dims:
+                raise self.here.error(
+                    call.at, f"the message of `terminate` must be a String, not of type {message.type}."
+                )
+            return e.Terminate(message.x)
         if name == "reinit":
             return self._reinit(call)
         found = self.here.typed(call)

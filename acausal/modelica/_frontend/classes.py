@@ -586,10 +586,12 @@ class Instance:
     def _imported_as(self, name: str) -> "ClassElement | ComponentElement | None":
         body = self.tree.body
         imports = [x for x in body.elements if isinstance(x, t.Import)] if isinstance(body, t.Long) else []
-        for clause in imports:
-            if clause.names is not None and name in clause.names:
-                parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
-                return self.top.find_path(parts, self, clause.at)
+        named = [one for one in imports if one.names is not None and name in one.names]
+        if len(named) > 1:
+            raise self.error(named[1].at, f"{self.name} imports {name} twice.")
+        for clause in named:
+            parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
+            return self.top.find_path(parts, self, clause.at)
         several: list[ClassElement | ComponentElement] = []
         for clause in imports:
             if clause.names is None:

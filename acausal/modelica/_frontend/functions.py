@@ -8,7 +8,7 @@ from .._syntax.flat import FlatFunction, Formal
 from . import tree as t
 from .calls import names_of, reads_component
 from .classes import ComponentElement, Instance
-from .typed import Typed, type_of
+from .typed import CONSTANT, Typed, type_of
 
 if TYPE_CHECKING:
     from .structure import Context
@@ -145,10 +145,12 @@ class Functions(Mapping[str, FlatFunction]):
     def _constructor(self, name: str, instance: Instance) -> FlatFunction:
         fields = list(instance.element.target().instance.components())
         known = {
-            one.name: Typed(e.Ref(one.name), type_of(one.prototype), self._context.formal_sizes(one))
-            for one in fields
-            if one.variability != "constant" or one.modifier is None or one.modifier.binding is None
+            one.name: Typed(e.Ref(one.name), type_of(one.prototype), self._context.formal_sizes(one)) for one in fields
         }
+        for one in _in_order(fields):
+            value = self._context.default(one, known) if one.variability == "constant" else None
+            if value is not None and value.variability == CONSTANT:
+                known[one.name] = value
         inputs = tuple(self._formal(one, known) for one in fields)
         return FlatFunction(name, inputs, (), (), (), True, None, instance.source.place(instance.tree.at))
 

@@ -50,14 +50,8 @@ def _wrong(tree: t.Class) -> Iterator[tuple[int, str]]:
                 yield tree.at, f"{name} is an attribute of enumerations, and no name of a literal."
     if not isinstance(body, t.Long):
         return
-    imported: set[str] = set()
     for element in body.elements:
-        if isinstance(element, t.Import):
-            for name in element.names or ():
-                if name in imported:
-                    yield element.at, f"{tree.name} imports {name} twice."
-                imported.add(name)
-        elif isinstance(element, t.Component):
+        if isinstance(element, t.Component):
             yield from _component(tree, element)
         elif isinstance(element, t.Class):
             yield from _class(tree, element)

@@ -42,7 +42,7 @@ PREFIXES = [
 ]
 
 LOOKUP = [
-    ("package P constant Real a = 1; end P; model M import P.a; import P.{a}; end M;", "M imports a twice"),
+    ("package P constant Real a = 1; end P; model M import P.a; import P.{a}; Real x = a; end M;", "M imports a twice"),
     ("partial package P model A Real x; end A; end P; model M P.A a; end M;", "P is partial"),
     ("model A replaceable model B Real x; end B; end A; model M extends A.B; end M;", "A.B is replaceable"),
     ("model A Real x; model A end A; end A; model M extends A; end M;", "M inherits A, which is not the one"),
@@ -181,6 +181,15 @@ def test_legal_neighbours_of_refused_texts() -> None:
         equation when time > 0 then x = {1, 2, 3}; elsewhen time > 1 then x[1:2] = {3, 2}; x[3] = 5; end when;
         end M;""").whens
     assert len(whens[0].blocks) == 2
+
+
+def test_constants_of_records_may_depend_on_constants_without_a_value() -> None:
+    text = """
+        record R constant Boolean b; final constant Integer n = if b then 1 else 3; parameter Real x[n] = ones(n);
+        end R;
+        record S extends R(final b = false); end S;
+        model M parameter S s; parameter R r = s; end M;"""
+    assert list(variables(text)) == ["s.b", "s.n", "s.x[3]", "r.b", "r.n", "r.x[3]"]
 
 
 def test_extreme_elements_of_empty_arrays_are_the_limits_of_their_type() -> None:
