@@ -54,10 +54,6 @@ def _dtype(eqn: JaxprEqn) -> np.dtype[Any]:
 # ---------------------------------------------------------------------------------------------------------------------
 
 
-def _error_function(x: Value) -> Value:
-    return scipy.special.erf(x)
-
-
 def _logistic(x: Value) -> Value:
     return 1.0 / (1.0 + np.exp(-x))
 
@@ -109,8 +105,6 @@ RULES.update(
             "acosh": np.arccosh,
             "atanh": np.arctanh,
             "logistic": _logistic,
-            "erf": _error_function,
-            "erfc": scipy.special.erfc,
             "floor": np.floor,
             "ceil": np.ceil,
             "is_finite": np.isfinite,
@@ -129,6 +123,13 @@ RULES.update(
         }.items()
     }
 )
+
+
+@rule("erf", "erfc")
+def _error_function(eqn: JaxprEqn) -> Function:
+    if _dtype(eqn) == np.float16:  # SciPy returns double precision
+        raise NotImplementedError
+    return getattr(scipy.special, eqn.primitive.name)
 
 
 @rule("reduce_precision")
@@ -557,7 +558,8 @@ class _Places:
         self.room = [operand[axis] - sizes[axis] for axis in index_map]
 
     def starts(self, indices: Value) -> list[Value]:
-        """The first place of each window, along each indexed axis."""
+        """The first place of each window, along each indexed axis. Small types cannot hold all places of a table."""
+        indices = indices.astype(np.int64, copy=False)
         return [indices[..., k].reshape(self.shape) for k in range(len(self.index_map))]
 
     def inside(self, starts: list[Value]) -> Value:

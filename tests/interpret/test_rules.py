@@ -642,6 +642,10 @@ def gather_cases(mode: GatherScatterMode) -> Iterator[Case]:
         yield gather(numbered((), (0,), (0,)), (1,)), (x, beyond.astype(index)[4:5])
     yield gather(numbered((), (0,), (0,)), (1,), -7.0), (ROW, beyond[:, None])
     yield gather(numbered((), (0,), (0,)), (1,)), (ROW, beyond[:3, None].astype(U32))
+    table = np.arange(300.0)  # more places than the indices can hold
+    for index in (np.int8, np.uint8, np.uint64):
+        yield gather(numbered((), (0,), (0,)), (1,)), (table, np.array([[0], [100]], index))
+        yield gather(numbered((1,), (), (0,)), (2,)), (table, np.array([[0], [100]], index))
     yield gather(numbered((), (0,), (0,)), (1,)), (ROW, beyond[:0, None])
     yield gather(numbered((1,), (), (0,)), (2,)), (ROW, beyond[:, None])  # windows
     yield gather(numbered((0,), (), (0,)), (2,)), (ROW, beyond[:, None])
@@ -682,6 +686,8 @@ def scatter_cases(scatter: Callable[..., Any], mode: GatherScatterMode, dtype: n
         yield to((), (0,), (0,)), (x, beyond[:, None].astype(index), of(9))
         yield to((), (0,), (0,)), (x, beyond[4:5].astype(index), of())
         yield to((), (0,), (0,)), (x, beyond[1:2].astype(index), of())
+    for index in (np.int8, np.uint8, np.uint64):
+        yield to((1,), (), (0,)), (of(300), np.array([[0], [100]], index), of(2, 2))
     yield to((), (0,), (0,)), (x, np.array([[1], [1], [4], [1]]), of(4))  # the same place several times
     yield to((), (0,), (0,)), (x, beyond[:0, None], of(0))
     yield to((1,), (), (0,)), (x, beyond[:, None], of(9, 2))
@@ -714,6 +720,11 @@ def test_scattering(kind: str, mode: str) -> None:
 
 def test_other_updates_are_for_xla() -> None:
     refuses("scatter", lambda x: x.at[jnp.array([0])].apply(jnp.sin), ROW)
+
+
+def test_error_functions_of_half_precision_are_for_xla() -> None:
+    for name in ("erf", "erfc"):
+        refuses(name, getattr(lax, name), np.ones(2, np.float16))
 
 
 def test_every_rule_is_compared() -> None:
