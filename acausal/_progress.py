@@ -88,11 +88,15 @@ class Compilation:
         if sys.exc_info()[1] is not self.error:  # such as an interrupt
             self._close("\n")
         elif event == COMPILING:
-            self._close(f"Compiled {self.subject} in {self.ended - self.since:.0f} s.\n", is_again=True)
+            self.close()
         if event == COMPILING:
             self.ended = 0.0
             if not self.calls:
                 self.subject = None
+
+    def close(self) -> None:
+        """Tell the time from the first event to the last one, if the message is open."""
+        self._close(f"Compiled {self.subject} in {self.ended - self.since:.0f} s.\n", is_again=True)
 
     def watch(self) -> None:
         """Announce the compilation if it takes longer than `DELAY`."""
@@ -161,6 +165,8 @@ def compiling(text: str, model: object, function: Callable[..., object], wanted:
     try:
         with seldom_collected():
             yield
+        if is_whole:  # a function may only be traced, and then interpreted
+            work.close()
     finally:
         work.calls -= is_whole
         if is_whole:

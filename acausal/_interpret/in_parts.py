@@ -12,7 +12,7 @@ from .._jax_private import ClosedJaxpr, trace_context
 from .._jax_settings import programs
 from .._made_once import made_once
 from .._tracing import is_traced, within_transformation
-from .program import REPAYS, Compiler, Program
+from .program import REPAYS, Compiler, NumbersProgram
 from .simplify import NotPlainError, simplified
 
 Kinds = tuple[tuple[tuple[int, ...], Any], ...]  # shape and type of each number
@@ -38,7 +38,7 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
         except NotPlainError:
             return None
         name = getattr(function, "__name__", "function").strip("_<>")
-        return runner(Program(closed, Compiler(name), REPAYS // LATER, at_once=not programs.in_parts), outputs)
+        return runner(NumbersProgram(closed, Compiler(name), REPAYS // LATER, at_once=not programs.in_parts), outputs)
 
     @ft.wraps(function)
     def call(*arguments: Any) -> PyTree:
@@ -67,7 +67,7 @@ def traced(function: Callable[[Any], PyTree], structure: Any, shapes: Sequence[A
     return closed, outputs[0]
 
 
-def runner(program: Program, outputs: Any) -> Call:
+def runner(program: NumbersProgram, outputs: Any) -> Call:
     """The program as a function of leaves that returns jax's arrays."""
     return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
 

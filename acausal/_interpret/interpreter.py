@@ -11,25 +11,25 @@ from .rules import RULES, Value, aval
 from .simplify import branch_of
 
 
-class Interpreter:
+class JaxprInterpreter:
     """Evaluates the jaxprs of one program, and counts the equations evaluated."""
 
     def __init__(self) -> None:
         self.spent = 0
-        self._blocks: dict[tuple[int, int], Block] = {}
-        self.loops: dict[int, Loop] = {}  # by the identity of the equation
+        self._blocks: dict[tuple[int, int], InterpretedJaxpr] = {}
+        self.loops: dict[int, CompilableLoop] = {}  # by the identity of the equation
 
-    def block(self, jaxpr: Jaxpr, constants: Sequence[Any] = (), fixed: int = 0) -> "Block":
+    def block(self, jaxpr: Jaxpr, constants: Sequence[Any] = (), fixed: int = 0) -> "InterpretedJaxpr":
         key = (id(jaxpr), fixed)
         if key not in self._blocks:
-            self._blocks[key] = Block(self, jaxpr, constants, fixed)
+            self._blocks[key] = InterpretedJaxpr(self, jaxpr, constants, fixed)
         return self._blocks[key]
 
-    def closed(self, jaxpr: ClosedJaxpr, fixed: int = 0) -> "Block":
+    def closed(self, jaxpr: ClosedJaxpr, fixed: int = 0) -> "InterpretedJaxpr":
         return self.block(jaxpr.jaxpr, jaxpr.consts, fixed)
 
 
-class Loop(Protocol):
+class CompilableLoop(Protocol):
     """A `while` that may be compiled. It is asked before each iteration."""
 
     def compiled(self) -> Callable[..., list[Value]] | None:
@@ -41,13 +41,13 @@ class Loop(Protocol):
         ...
 
 
-class Block:
+class InterpretedJaxpr:
     """A jaxpr, prepared for evaluation: slots for its values, and a function for each equation.
 
     What depends only on the first `fixed` inputs is evaluated by `bound`, once for all calls.
     """
 
-    def __init__(self, owner: Interpreter, jaxpr: Jaxpr, constants: Sequence[Any], fixed: int) -> None:
+    def __init__(self, owner: JaxprInterpreter, jaxpr: Jaxpr, constants: Sequence[Any], fixed: int) -> None:
         self.jaxpr, self.owner = jaxpr, owner  # keeps the jaxpr, whose identity is the key of this block
         slots: dict[Any, int] = {}
         env: list[Any] = []
@@ -121,7 +121,7 @@ class Block:
 class Lazy:
     """The function of an equation, made when it is first needed."""
 
-    def __init__(self, owner: Interpreter, eqn: JaxprEqn) -> None:
+    def __init__(self, owner: JaxprInterpreter, eqn: JaxprEqn) -> None:
         self.owner, self.eqn = owner, eqn
 
     def made(self) -> Callable[..., Any]:
@@ -148,7 +148,7 @@ def _by_xla(eqn: JaxprEqn) -> Callable[..., Any]:
     return lambda *values: as_numpy(call(*values))
 
 
-def _cond(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
+def _cond(owner: JaxprInterpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     branches = eqn.params["branches"]
 
     def chosen(index: Value, *values: Value) -> list[Value]:
@@ -157,7 +157,7 @@ def _cond(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     return chosen
 
 
-def _while(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
+def _while(owner: JaxprInterpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     p = eqn.params
     n, m = p["cond_nconsts"], p["body_nconsts"]
     own = owner.loops.get(id(eqn))
@@ -186,7 +186,7 @@ def _kept(members: Value, new: Value, old: Value) -> Value:
     return np.where(members.reshape(members.shape + (1,) * (np.ndim(new) - np.ndim(members))), new, old)
 
 
-def _scan(owner: Interpreter, eqn: JaxprEqn) -> Callable[..., Any]:
+def _scan(owner: JaxprInterpreter, eqn: JaxprEqn) -> Callable[..., Any]:
     p = eqn.params
     n, m = scan_counts(eqn)
     length, block = p["length"], owner.closed(p["jaxpr"], n)

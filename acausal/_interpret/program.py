@@ -13,7 +13,7 @@ import jax
 import numpy as np
 
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, jaxpr_as_fun
-from .interpreter import Interpreter, as_numpy
+from .interpreter import JaxprInterpreter, as_numpy
 from .rules import Value
 
 # Evaluations of each equation of a part, on average, before the part is compiled. They take a fourth of the time that
@@ -63,15 +63,17 @@ def lowered(name: str, run: Callable[..., Any], shapes: Sequence[Any]) -> Any:
     return jax.jit(named).lower(*shapes)
 
 
-class Program:
+class NumbersProgram:
     """A function of known numbers, given as a simplified jaxpr. A call takes `steps` steps, as far as known.
 
     `at_once`: it is compiled as a whole, with optimisations, at the first call.
     """
 
     def __init__(self, closed: ClosedJaxpr, compiler: Compiler, steps: int, *, at_once: bool = False) -> None:
-        self._closed, self._interpreter = closed, Interpreter()
-        self._whole = Part("whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), compiler, steps)
+        self._closed, self._interpreter = closed, JaxprInterpreter()
+        self._whole = CompilablePart(
+            "whole", jaxpr_as_fun(closed), closed.in_avals, size_of(closed.jaxpr), compiler, steps
+        )
         self._loops = {id(eqn): _loop(i, eqn, compiler, steps) for i, eqn in enumerate(_loops(closed.jaxpr))}
         self._interpreter.loops.update(self._loops)
         if at_once:
@@ -93,7 +95,7 @@ class Program:
         return self._interpreter.spent - sum(loop.spent for loop in self._loops.values())
 
 
-class Part:
+class CompilablePart:
     """A function that is compiled when its interpretation has cost enough, and again when its steps have."""
 
     def __init__(
@@ -145,13 +147,13 @@ class Part:
         return stored or self._compiler.compiled(self._name, level, self._run, self._shapes)
 
 
-def _loop(i: int, eqn: JaxprEqn, compiler: Compiler, steps: int) -> Part:
+def _loop(i: int, eqn: JaxprEqn, compiler: Compiler, steps: int) -> CompilablePart:
     size = sum(size_of(eqn.params[part].jaxpr) for part in ("cond_jaxpr", "body_jaxpr"))
 
     def run(*values: Any) -> list[Any]:
         return eqn.primitive.bind(*values, **eqn.params)
 
-    return Part(f"loop{i}", run, [atom.aval for atom in eqn.invars], size, compiler, steps)
+    return CompilablePart(f"loop{i}", run, [atom.aval for atom in eqn.invars], size, compiler, steps)
 
 
 def size_of(jaxpr: Jaxpr) -> int:

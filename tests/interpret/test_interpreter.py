@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from jax import lax
 
-from acausal._interpret.interpreter import Interpreter, as_numpy
+from acausal._interpret.interpreter import JaxprInterpreter, as_numpy
 from acausal._interpret.simplify import simplified
 from acausal._jax_private import NAMED_PRIMITIVES
 
@@ -17,7 +17,7 @@ from acausal._jax_private import NAMED_PRIMITIVES
 def interpreted(function: Callable[..., Any], *values: Any) -> list[Any]:
     closed = simplified(jax.make_jaxpr(function)(*values))
     with np.errstate(all="ignore"):
-        return Interpreter().closed(closed)(*map(as_numpy, jax.tree.leaves(values)))
+        return JaxprInterpreter().closed(closed)(*map(as_numpy, jax.tree.leaves(values)))
 
 
 def assert_agrees(function: Callable[..., Any], *values: Any) -> None:
@@ -116,7 +116,7 @@ def test_what_has_no_rule_is_compiled() -> None:
 
 
 def test_equations_are_counted() -> None:
-    interpreter = Interpreter()
+    interpreter = JaxprInterpreter()
     closed = simplified(jax.make_jaxpr(lambda x: lax.fori_loop(0, 10, lambda i, y: jnp.sin(y) + y, x))(1.0))
     interpreter.closed(closed)(np.float64(1.0))
     assert interpreter.spent > 30
@@ -140,7 +140,7 @@ def test_a_loop_goes_on_where_it_is_as_a_compiled_one() -> None:
             self.spent += n
 
     for after in (0, 1, 17, 110, 111, 112, 1000):
-        interpreter, loop = Interpreter(), Switching(after)
+        interpreter, loop = JaxprInterpreter(), Switching(after)
         interpreter.loops[id(eqn)] = loop
         found = interpreter.closed(closed)(np.int64(27))
         assert [x.dtype for x in found] == [np.dtype(int)] * 3

@@ -17,7 +17,7 @@ from jax import lax
 from acausal import Component, Equations, Scalar, SimulationError, Solution, Time, Var, eq, simulate
 from acausal._integrate.programs import stored_program
 from acausal._interpret import in_parts, program
-from acausal._interpret.program import OPTIMISED, OPTIONS, QUICK, Compiler, Program
+from acausal._interpret.program import OPTIMISED, OPTIONS, QUICK, Compiler, NumbersProgram
 from acausal._interpret.simplify import simplified
 from acausal._jax_private import options
 from acausal._jax_settings import choose_optimisation, programs
@@ -60,7 +60,7 @@ class Store(Compiler):
 
 
 def new_program(store: Store, *, steps: int = 1, at_once: bool = False) -> Callable[[int], tuple[int, ...]]:
-    made = Program(simplified(jax.make_jaxpr(collatz)(1)), store, steps, at_once=at_once)
+    made = NumbersProgram(simplified(jax.make_jaxpr(collatz)(1)), store, steps, at_once=at_once)
     return lambda n: tuple(map(int, made([np.int64(n)])))
 
 
@@ -78,7 +78,7 @@ def test_a_loop_goes_on_where_it_is(pays: int, monkeypatch: pytest.MonkeyPatch) 
 
 def test_what_is_called_often_is_compiled_as_a_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     store = Store()
-    made = Program(simplified(jax.make_jaxpr(lambda x: jnp.sin(x) * 2.0 + jnp.cos(x))(1.0)), store, 1)
+    made = NumbersProgram(simplified(jax.make_jaxpr(lambda x: jnp.sin(x) * 2.0 + jnp.cos(x))(1.0)), store, 1)
     for i in range(program.PAYS + 3):
         x = 0.1 * i
         np.testing.assert_allclose(made([x]), [np.sin(x) * 2.0 + np.cos(x)], rtol=1e-14)

@@ -10,7 +10,7 @@ from _functions import CALLING, FUNCTIONS, twice
 from jax import lax
 from jax.experimental import io_callback
 
-from acausal._interpret.interpreter import Interpreter, as_numpy
+from acausal._interpret.interpreter import JaxprInterpreter, as_numpy
 from acausal._interpret.simplify import CALLS, IDENTITIES, NotPlainError, simplified
 from acausal._interpret.tape import NotStorableError, tape_of
 from acausal._jax_private import NAMED_PRIMITIVES, ClosedJaxpr, jaxpr_as_fun
@@ -43,7 +43,7 @@ def test_results_are_those_of_the_function(case: str) -> None:
     assert not names & {*CALLS, *IDENTITIES, "custom_linear_solve", "unvmap_any", "unvmap_all", "unvmap_max"}
     assert names <= {*NAMED_PRIMITIVES, "pure_callback", "noinline"}
     with np.errstate(all="ignore"):
-        assert_equal_results(Interpreter().closed(closed)(*map(as_numpy, values)), expected)
+        assert_equal_results(JaxprInterpreter().closed(closed)(*map(as_numpy, values)), expected)
     assert_equal_results(jax.jit(jaxpr_as_fun(closed))(*values), expected)
 
 
@@ -59,7 +59,7 @@ def test_literals_of_other_types_and_signs_differ() -> None:
         return x * 0.0, x * -0.0, lax.convert_element_type(x, np.float32) * 0.0
 
     closed = simplified(jax.make_jaxpr(function)(2.0))
-    found = Interpreter().closed(closed)(np.float64(2.0))
+    found = JaxprInterpreter().closed(closed)(np.float64(2.0))
     assert [bool(np.signbit(value)) for value in found] == [False, True, False]
 
 
@@ -70,7 +70,7 @@ def test_an_unused_inner_result_stays() -> None:
         return lax.fori_loop(0, 3, lambda i, s: (s[0] + 1.0, s[1] * 2.0), (x, x))[0]
 
     closed = simplified(jax.make_jaxpr(function)(2.0))
-    assert Interpreter().closed(closed)(np.float64(2.0)) == [5.0]
+    assert JaxprInterpreter().closed(closed)(np.float64(2.0)) == [5.0]
 
 
 def printing(x: Any) -> Any:
@@ -98,7 +98,7 @@ def test_pure_functions_of_python_are_called() -> None:
 
     for f in (function, lambda x: lax.fori_loop(0, 3, lambda i, y: function(y), x)):
         closed = simplified(jax.make_jaxpr(f)(1.0))
-        np.testing.assert_allclose(Interpreter().closed(closed)(np.float64(1.0)), [jax.jit(f)(1.0)], rtol=1e-14)
+        np.testing.assert_allclose(JaxprInterpreter().closed(closed)(np.float64(1.0)), [jax.jit(f)(1.0)], rtol=1e-14)
         with pytest.raises(NotStorableError, match="pure_callback"):
             tape_of(closed)
 

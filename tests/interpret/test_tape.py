@@ -15,7 +15,7 @@ from _functions import CALLING, FUNCTIONS
 from jax.extend.core import Primitive
 from jax.interpreters import mlir
 
-from acausal._interpret.interpreter import Interpreter, as_numpy
+from acausal._interpret.interpreter import JaxprInterpreter, as_numpy
 from acausal._interpret.simplify import simplified
 from acausal._interpret.tape import NotStorableError, closed_of, tape_of
 from acausal._jax_private import ClosedJaxpr, jaxpr_as_fun, new_equation
@@ -28,7 +28,7 @@ def jaxpr_of(case: str) -> ClosedJaxpr:
 
 def results(closed: ClosedJaxpr, values: Any) -> list[Any]:
     with np.errstate(all="ignore"):
-        return Interpreter().closed(closed)(*map(as_numpy, values))
+        return JaxprInterpreter().closed(closed)(*map(as_numpy, values))
 
 
 def assert_same(found: list[Any], expected: list[Any]) -> None:
@@ -52,12 +52,12 @@ def test_a_jaxpr_is_read_as_it_was_written(case: str) -> None:
 READ = """
 import pickle, sys
 import numpy as np
-from acausal._interpret.interpreter import Interpreter
+from acausal._interpret.interpreter import JaxprInterpreter
 from acausal._interpret.tape import closed_of
 with open(sys.argv[1], "rb") as file:
     tapes = pickle.load(file)
 with np.errstate(all="ignore"):
-    found = {name: Interpreter().closed(closed_of(tape))(*values) for name, (tape, values) in tapes.items()}
+    found = {name: JaxprInterpreter().closed(closed_of(tape))(*values) for name, (tape, values) in tapes.items()}
 with open(sys.argv[2], "wb") as file:
     pickle.dump(found, file)
 """

@@ -1,9 +1,9 @@
 """Programs of functions with known numbers, stored in the library's cache.
 
-A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`Program`). The jaxpr and the
-compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a traced and
-lowered program as its key. Here, the key is a digest of everything that determines the trace (`made_from.py`). If the
-digest is in doubt, nothing is stored.
+A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`NumbersProgram`). The jaxpr
+and the compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a
+traced and lowered program as its key. Here, the key is a digest of everything that determines the trace
+(`made_from.py`). If the digest is in doubt, nothing is stored.
 """
 
 import contextlib
@@ -22,7 +22,7 @@ from jaxtyping import PyTree
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
 from ..._interpret.in_parts import Call, Kinds, known_numbers, runner, traced
-from ..._interpret.program import OPTIONS, Compiler, Program, lowered
+from ..._interpret.program import OPTIONS, Compiler, NumbersProgram, lowered
 from ..._interpret.simplify import NotPlainError
 from ..._interpret.tape import closed_of, tape_of
 from ..._jax_private import ClosedJaxpr, deserialized, serialized
@@ -77,7 +77,7 @@ def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
         _write_jaxpr(file, *found)
     closed, outputs = found
     steps = function.steps(structure.unflatten(shapes))
-    return runner(Program(closed, _Store(file, function.name), steps, at_once=not programs.in_parts), outputs)
+    return runner(NumbersProgram(closed, _Store(file, function.name), steps, at_once=not programs.in_parts), outputs)
 
 
 def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
