@@ -76,14 +76,17 @@ class _Builder:
         env: dict[Var, Atom] = dict(zip(jaxpr.invars, inputs, strict=True))
         for var, value in zip(jaxpr.constvars, constants, strict=True):
             env[var] = self._constant(var, value)
+
+        def here(atom: Atom) -> Atom:
+            return Literal(_own(atom.val), atom.aval) if isinstance(atom, Literal) else env[atom]
+
         for eqn in jaxpr.eqns:
-            takes = [atom if isinstance(atom, Literal) else env[atom] for atom in eqn.invars]
-            env.update(zip(eqn.outvars, self._results(eqn, takes), strict=True))
-        return [atom if isinstance(atom, Literal) else env[atom] for atom in jaxpr.outvars]
+            env.update(zip(eqn.outvars, self._results(eqn, list(map(here, eqn.invars))), strict=True))
+        return list(map(here, jaxpr.outvars))
 
     def _constant(self, var: Var, value: Any) -> Var:
         new = _new(var)
-        self.constants.append((new, np.asarray(value)))
+        self.constants.append((new, np.asarray(_own(value))))
         return new
 
     def _results(self, eqn: JaxprEqn, takes: list[Atom]) -> list[Atom]:
@@ -151,6 +154,11 @@ def _new(var: Var) -> Var:
     if not isinstance(dtype, np.dtype) or dtype.kind not in "biufc":
         raise NotPlainError
     return Var(var.aval)
+
+
+def _own(value: Any) -> Any:
+    """A constant that the user cannot change: a part may be compiled later than others are interpreted."""
+    return value.copy() if isinstance(value, np.ndarray) else value
 
 
 def branch_of(branches: Sequence[Any], index: Any) -> Any:

@@ -63,6 +63,20 @@ def test_literals_of_other_types_and_signs_differ() -> None:
     assert [bool(np.signbit(value)) for value in found] == [False, True, False]
 
 
+def test_arrays_changed_afterwards_do_not_count() -> None:
+    """A part that is compiled later has the same constants as one that is interpreted."""
+    table, one = np.arange(3.0), np.array(7.0)
+
+    def function(x: Any) -> Any:
+        inner = lax.fori_loop(0, 3, lambda i, y: y + jnp.asarray(table)[i], x)
+        return jnp.interp(x, np.arange(3.0), table) + x * one, inner
+
+    closed = simplified(jax.make_jaxpr(function)(0.5))
+    table[:], one[...] = 100.0, 100.0
+    for run in (Interpreter().closed(closed), jaxpr_as_fun(closed)):
+        assert list(map(float, run(np.float64(0.5)))) == [0.5 + 3.5, 0.5 + 3.0]
+
+
 def test_an_unused_inner_result_stays() -> None:
     """The body of a loop returns all it carries."""
 
