@@ -24,10 +24,14 @@ LARGE = 1_500_000_000  # bytes that a worker may hold on to after a file of test
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Most tests compile much and compute little: a program is made sooner, and runs for longer. Slow ones, and those
     marked `computing`, are compiled as for users.
+
+    Quick tests interpret runs at first, as users do. Thorough ones compare many runs bit by bit, which needs one way of
+    evaluation for all of them: XLA compiles them as a whole, as under `jax.jit`.
     """
     is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
     jax.config.update("jax_disable_most_optimizations", is_quick)
-    programs.context = trace_context()
+    is_whole = item.get_closest_marker("thorough") is not None and "interpret" not in item.path.parts
+    programs.context = None if is_whole else trace_context()
 
 
 @pytest.fixture
