@@ -1,5 +1,9 @@
 """Tests for values that jax is tracing."""
 
+import contextlib
+from contextlib import AbstractContextManager
+from typing import Any
+
 import jax
 import numpy as np
 
@@ -21,6 +25,15 @@ def are_traced(*values: object) -> bool:
 def within_transformation() -> bool:
     """Whether a function is being traced, even if its numbers are known."""
     return get_opaque_trace_state() != _OUTSIDE
+
+
+def evaluated_now(*values: object) -> AbstractContextManager[Any]:
+    """A context in which functions of `values` have known results if the values are known, also within a function that
+    jax traces.
+    """
+    if are_traced(*values) or not within_transformation():
+        return contextlib.nullcontext()
+    return jax.ensure_compile_time_eval()
 
 
 def known(value: object) -> np.ndarray | None:

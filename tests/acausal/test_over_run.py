@@ -307,3 +307,21 @@ def test_what_is_no_function_of_the_variables_is_refused(wrong: Any) -> None:
     for read, name in ((solution.integral, "integral"), (solution.peak, "peak")):
         with pytest.raises(ModelError, match=name):
             read(wrong)
+
+
+@pytest.mark.thorough
+def test_a_known_run_is_read_at_once_also_while_jax_traces() -> None:
+    """A run that a traced function reads, such as a course to follow. Functions of traced numbers are traced."""
+    solution = simulate(rc(), 0.2)
+
+    def readings(gain: Any) -> Any:
+        at, peak = solution.at(0.1).c.v, solution.peak(lambda s: s.c.v).value
+        known = at, peak, solution.integral(lambda s: s.c.v), solution.c.v, solution.final.c.v
+        return [gain * value for value in known], solution.at(0.1 * gain).c.v, solution.integral(lambda s: gain * s.c.v)
+
+    for found, value in zip(*map(jax.tree.leaves, (jax.jit(readings)(0.5), readings(0.5))), strict=True):
+        np.testing.assert_allclose(found, value, rtol=1e-12)
+
+
+def test_no_times_give_no_values() -> None:
+    assert np.shape(simulate(rc(), 0.2).at(np.zeros((0, 3))).c.v) == (0, 3)

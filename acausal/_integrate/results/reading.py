@@ -67,7 +67,7 @@ class Reading:
     def within(self, i: Any, theta: Any, record: StepRecord, inputs: Inputs, forward: Any) -> tuple[Any, Any]:
         """Times and state vectors at fractions [steps, shares] of some steps."""
         steps = record.infos, record.ts[1:]
-        if are_traced(i, theta, steps, inputs):
+        if are_traced(i, theta, steps, inputs) or not len(i):
             return self((jax.tree.map(lambda x: x[i], steps), theta, inputs, forward))
         i, theta, steps = jax.tree.map(np.asarray, (i, theta, steps))
         blocks, more = [], SHARES - theta.shape[1]

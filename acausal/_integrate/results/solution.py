@@ -28,7 +28,7 @@ from ..._extras import DataFrame, Dataset, Panels
 from ..._numbers import Numbers, Scalar
 from ..._report import report
 from ..._save_load import described
-from ..._tracing import is_traced, known
+from ..._tracing import evaluated_now, is_traced, known
 from ..._unit_check.signal_units import unit_of_leaf
 from ..events.event_history import EventHistory
 from ..events.turns import Peak
@@ -133,7 +133,7 @@ class Solution(eqx.Module, Generic[M]):
         assert t0 is not None
         assert t1 is not None
         xp = jnp if is_traced(t0) or is_traced(t1) else np
-        return xp.broadcast_to(xp.where(t1 < t0, -1.0, 1.0), jnp.shape(self.t1))
+        return xp.broadcast_to(xp.where(xp.less(t1, t0), -1.0, 1.0), jnp.shape(self.t1))
 
     @property
     def _rtol(self) -> Any:
@@ -144,7 +144,8 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def values(self) -> M:
         """The model with trajectories as the values of its variables."""
-        return self._view(self._saved(None), self._saved(self._layout.point))
+        with evaluated_now(self):
+            return self._view(self._saved(None), self._saved(self._layout.point))
 
     @property
     def final(self) -> M:
@@ -162,10 +163,11 @@ class Solution(eqx.Module, Generic[M]):
 
         def read(record: StepRecord, inputs: Inputs, forward: Numbers) -> Any:
             times, are_outside = within_run(forward * jnp.ravel(t), record)
-            found = reading.at(times, record, inputs, forward)
-            return found[:, self._layout.point].reshape(*t.shape, -1), are_outside
+            found = reading.at(times, record, inputs, forward)[:, self._layout.point]
+            return found.reshape(*t.shape, found.shape[1]), are_outside
 
-        points, are_outside = over_batch(read, len(batch))(record, self._inputs, self._forward)
+        with evaluated_now(self, t):
+            points, are_outside = over_batch(read, len(batch))(record, self._inputs, self._forward)
         is_outside = known(jnp.any(are_outside))
         if is_outside is None:
             points = checked(points, jnp.any(are_outside), jnp.asarray(0), [_OUTSIDE])
@@ -271,8 +273,9 @@ class Solution(eqx.Module, Generic[M]):
         ) -> Any:
             return compute(OverRun(reading, traced, constants, params, record, inputs, forward, rtol))
 
-        found = over_batch(of_run, jnp.ndim(self.t1))(params, record, self._inputs, self._forward, self._rtol)
-        return found, traced.tree
+        numbers = params, record, self._inputs, self._forward, self._rtol
+        with evaluated_now(self, constants):
+            return over_batch(of_run, jnp.ndim(self.t1))(*numbers), traced.tree
 
     def _dense(self, wanted: str) -> StepRecord:
         """The recorded steps with dense output. Raises `ModelError` if the run has none."""

@@ -15,7 +15,7 @@ from ..._evaluate.all_values import all_values_of
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
-from ..._tracing import are_traced, is_traced, within_transformation
+from ..._tracing import are_traced, evaluated_now, is_traced, within_transformation
 from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
 
@@ -95,7 +95,8 @@ def _blocks(ts: Any, ys: Any) -> Iterator[tuple[Any, Any]]:
 def _block(system: System, ts: np.ndarray, ys: np.ndarray, inputs: Inputs) -> np.ndarray:
     """The vectors of values at one block of known points."""
     rows = shared(len(ts))
-    return np.asarray(result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs)))[: len(ts)]
+    with evaluated_now():
+        return np.asarray(result_of(_Trajectories(system, 0), (ts[rows], ys[rows], inputs)))[: len(ts)]
 
 
 _all_values = ft.lru_cache(maxsize=64)(all_values_of)
