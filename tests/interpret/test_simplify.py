@@ -73,7 +73,7 @@ def test_arrays_changed_afterwards_do_not_count() -> None:
 
     closed = simplified(jax.make_jaxpr(function)(0.5))
     table[:], one[...] = 100.0, 100.0
-    for run in (Interpreter().closed(closed), jaxpr_as_fun(closed)):
+    for run in (JaxprInterpreter().closed(closed), jaxpr_as_fun(closed)):
         assert list(map(float, run(np.float64(0.5)))) == [0.5 + 3.5, 0.5 + 3.0]
 
 
