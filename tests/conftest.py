@@ -26,11 +26,11 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
     marked `computing`, are compiled as for users.
 
     Quick tests interpret runs at first, as users do. Thorough ones compare many runs bit by bit, which needs one way of
-    evaluation for all of them: XLA compiles them as a whole, as under `jax.jit`.
+    evaluation for all of them: XLA compiles them as a whole, as under `jax.jit`, unless they are marked `interpreted`.
     """
     is_quick = not any(item.get_closest_marker(mark) for mark in ("slow", "computing"))
     jax.config.update("jax_disable_most_optimizations", is_quick)
-    is_whole = item.get_closest_marker("thorough") is not None and "interpret" not in item.path.parts
+    is_whole = item.get_closest_marker("thorough") and not item.get_closest_marker("interpreted")
     programs.context = None if is_whole else trace_context()
 
 

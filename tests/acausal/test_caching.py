@@ -13,7 +13,8 @@ from _models import rc
 from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._evaluate.building import system_of
 from acausal._integrate import stored_run
-from acausal._integrate.results import over_run, reading, trajectories
+from acausal._integrate.programs import stored_program
+from acausal._integrate.results import reading, trajectories
 from acausal._integrate.setup.user_function import trace
 
 LIMITS = types.ModuleType("limits")
@@ -109,14 +110,14 @@ def compiled_by(action: Any) -> int:
 
 
 def _compiled() -> int:
-    """The number of compiled programs that start, step, end and read runs."""
+    """The number of programs that start, step, end and read runs, interpreted or compiled as a whole."""
     functions: list[Any] = [
         stored_run._RunPart.__call__,
         reading.Reading.__call__,
         trajectories._Trajectories.__call__,
-        over_run._evaluated,
     ]
-    return sum(function._cache_size() for function in functions)
+    interpreted = stored_program._program._places.cache_info().misses
+    return sum(function._cache_size() for function in functions) + interpreted
 
 
 def above(level: float) -> Any:

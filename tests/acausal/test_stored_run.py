@@ -39,6 +39,8 @@ from acausal._integrate.programs import made_from, stored_program
 from acausal._interpret import in_parts, program
 from acausal._jax_settings import programs
 
+pytestmark = pytest.mark.interpreted
+
 
 def decay(
     *, rate: float = 1.0, slope: float = 1.0, level: float = 0.5, start: float = 1.0, most: float = 9.0

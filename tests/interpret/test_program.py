@@ -22,6 +22,8 @@ from acausal._interpret.simplify import simplified
 from acausal._jax_private import options
 from acausal._jax_settings import choose_optimisation, programs
 
+pytestmark = pytest.mark.interpreted
+
 NEVER = 10**9
 Made = list[tuple[str, str]]  # parts with their levels
 
