@@ -1,12 +1,12 @@
 """Jaxprs evaluated one equation at a time by NumPy, without compilation."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import jax
 import numpy as np
 
-from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, Literal, scan_counts
+from .._jax_private import ClosedJaxpr, JaxprEqn, Literal, scan_counts
 from .rules import RULES, Value, aval
 from .simplify import branch_of
 
@@ -19,14 +19,12 @@ class JaxprInterpreter:
         self._blocks: dict[tuple[int, int], InterpretedJaxpr] = {}
         self.loops: dict[int, CompilableLoop] = {}  # by the identity of the equation
 
-    def block(self, jaxpr: Jaxpr, constants: Sequence[Any] = (), fixed: int = 0) -> "InterpretedJaxpr":
-        key = (id(jaxpr), fixed)
+    def closed(self, closed: ClosedJaxpr, fixed: int = 0) -> "InterpretedJaxpr":
+        """The jaxpr, prepared once; see `InterpretedJaxpr` for `fixed`."""
+        key = (id(closed), fixed)
         if key not in self._blocks:
-            self._blocks[key] = InterpretedJaxpr(self, jaxpr, constants, fixed)
+            self._blocks[key] = InterpretedJaxpr(self, closed, fixed)
         return self._blocks[key]
-
-    def closed(self, jaxpr: ClosedJaxpr, fixed: int = 0) -> "InterpretedJaxpr":
-        return self.block(jaxpr.jaxpr, jaxpr.consts, fixed)
 
 
 class CompilableLoop(Protocol):
@@ -47,8 +45,9 @@ class InterpretedJaxpr:
     What depends only on the first `fixed` inputs is evaluated by `bound`, once for all calls.
     """
 
-    def __init__(self, owner: JaxprInterpreter, jaxpr: Jaxpr, constants: Sequence[Any], fixed: int) -> None:
-        self.jaxpr, self.owner = jaxpr, owner  # keeps the jaxpr, whose identity is the key of this block
+    def __init__(self, owner: JaxprInterpreter, closed: ClosedJaxpr, fixed: int) -> None:
+        self.owner, self._closed = owner, closed  # keeps the jaxpr, whose identity is the key of this block
+        jaxpr = closed.jaxpr
         slots: dict[Any, int] = {}
         env: list[Any] = []
 
@@ -62,7 +61,7 @@ class InterpretedJaxpr:
             return slots[atom]
 
         known: set[Any] = set(jaxpr.constvars)
-        for var, value in zip(jaxpr.constvars, constants, strict=True):
+        for var, value in zip(jaxpr.constvars, closed.consts, strict=True):
             env[slot(var)] = as_numpy(value)
         self.takes = [slot(var) for var in jaxpr.invars]
         self.fixed = fixed
@@ -77,7 +76,7 @@ class InterpretedJaxpr:
             is_fixed = fixed > 0 and all(isinstance(a, Literal) or a in known for a in eqn.invars)
             if is_fixed:
                 known.update(eqn.outvars)
-            (self.before if is_fixed else self.program).append((Lazy(owner, eqn), takes, gives))
+            (self.before if is_fixed else self.program).append((_Lazy(owner, eqn), takes, gives))
         self.gives = [slot(atom) for atom in jaxpr.outvars]
         self.env = env
 
@@ -107,7 +106,7 @@ class InterpretedJaxpr:
     def _run(self, program: list[tuple[Any, list[int], Any]], env: list[Any]) -> None:
         self.owner.spent += len(program)
         for k, (function, takes, gives) in enumerate(program):
-            if type(function) is Lazy:
+            if type(function) is _Lazy:
                 function = function.made()
                 program[k] = function, takes, gives
             found = function(*[env[i] for i in takes])
@@ -118,7 +117,7 @@ class InterpretedJaxpr:
                     env[i] = value
 
 
-class Lazy:
+class _Lazy:
     """The function of an equation, made when it is first needed."""
 
     def __init__(self, owner: JaxprInterpreter, eqn: JaxprEqn) -> None:

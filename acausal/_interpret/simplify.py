@@ -11,20 +11,12 @@ import jax
 import numpy as np
 
 from .._jax_private import PRIMITIVES, Atom, ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Primitive, Var, new_equation
+from .._reduce.jaxpr import differentiable_call, inner_jaxprs, plain_call
 
 # Primitives that return their first input outside of transformations
 IDENTITIES = {"stop_gradient", "copy", "name", "nonbatchable", "nondifferentiable_backward", "nontraceable"}
-CALLS = {
-    "jit": "jaxpr",
-    "pjit": "jaxpr",
-    "closed_call": "call_jaxpr",
-    "core_call": "call_jaxpr",
-    "custom_jvp_call": "call_jaxpr",
-    "custom_vjp_call": "call_jaxpr",
-    "custom_vmap_call": "call",
-    "remat2": "jaxpr",
-    "checkpoint": "jaxpr",
-}
+# Calls that concern derivatives and batches only, with the parameter that holds what they call
+CALLS = {"custom_vmap_call": "call", "remat2": "jaxpr", "checkpoint": "jaxpr"}
 
 
 class NotPlainError(Exception):
@@ -95,8 +87,7 @@ class _Builder:
             return takes[: len(eqn.outvars)]
         if name == "select_if_vmap":
             return [takes[1]]
-        if name in CALLS:
-            inner = params.get(CALLS[name], params.get("fun_jaxpr"))
+        if (inner := plain_call(eqn) or differentiable_call(eqn) or params.get(CALLS.get(name, ""))) is not None:
             return self._call_of(inner, takes)
         if name == "custom_linear_solve":
             counts = params["const_lengths"]
@@ -211,7 +202,6 @@ def _traced(eqn: JaxprEqn) -> ClosedJaxpr | None:
 def _calls(jaxpr: Jaxpr, primitive: Primitive) -> bool:
     """Whether a primitive is among the equations."""
     return any(
-        eqn.primitive is primitive
-        or any(isinstance(inner, ClosedJaxpr) and _calls(inner.jaxpr, primitive) for inner in eqn.params.values())
+        eqn.primitive is primitive or any(_calls(inner.jaxpr, primitive) for inner in inner_jaxprs(eqn))
         for eqn in jaxpr.eqns
     )

@@ -9,7 +9,7 @@ import numpy as np
 from .._errors import UnknownPartError
 from .._jax_private import ClosedJaxpr, JaxprEqn
 from .._tracing import is_traced
-from .jaxpr import interpreted
+from .jaxpr import inner_jaxprs, interpreted
 
 
 def check_bounds(closed: ClosedJaxpr, where: str) -> None:
@@ -22,7 +22,7 @@ def check_bounds(closed: ClosedJaxpr, where: str) -> None:
         name, params = eqn.primitive.name, eqn.params
         if name == "jit":
             return interpreted(params["jaxpr"], arguments, outputs, _index)
-        for inner in _inner(params):
+        for inner in inner_jaxprs(eqn):
             look_at(inner)
         if name in ("dynamic_slice", "gather"):
             for axis, index in (_sliced if name == "dynamic_slice" else _gathered)(eqn, arguments):
@@ -41,12 +41,6 @@ def _index(value: Any) -> Any:
     """A known number that may be an index; None for other values."""
     is_one = not is_traced(value) and getattr(jnp.result_type(value), "kind", "") in ("b", "i", "u")
     return np.asarray(value) if is_one else None
-
-
-def _inner(params: dict[str, Any]) -> list[ClosedJaxpr]:
-    """The jaxprs within an equation."""
-    values = [item for value in params.values() for item in (value if isinstance(value, tuple) else (value,))]
-    return [value for value in values if isinstance(value, ClosedJaxpr)]
 
 
 def _sliced(eqn: JaxprEqn, arguments: list[Any]) -> list[tuple[int, Any]]:

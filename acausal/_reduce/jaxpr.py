@@ -106,11 +106,22 @@ def as_function(closed: ClosedJaxpr) -> Callable[..., Array]:
     return lambda *args: function(*args)[0]
 
 
-def called(eqn: JaxprEqn) -> ClosedJaxpr | None:
-    """The jaxpr of a plain call (`jit`) or a composite primitive; None for other equations."""
+def plain_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
+    """The jaxpr of a plain call (`jit`); None for other equations."""
     if eqn.primitive.name in ("jit", "pjit", "closed_call", "core_call"):
         return eqn.params.get("jaxpr") or eqn.params.get("call_jaxpr")
-    return spelled_out(eqn)
+    return None
+
+
+def called(eqn: JaxprEqn) -> ClosedJaxpr | None:
+    """The jaxpr of a plain call or a composite primitive; None for other equations."""
+    return plain_call(eqn) or spelled_out(eqn)
+
+
+def inner_jaxprs(eqn: JaxprEqn) -> list[ClosedJaxpr]:
+    """The jaxprs among the parameters of an equation, such as the branches of a `cond`."""
+    values = [part for v in eqn.params.values() for part in (v if isinstance(v, tuple | list) else (v,))]
+    return [value for value in values if isinstance(value, ClosedJaxpr)]
 
 
 def differentiable_call(eqn: JaxprEqn) -> ClosedJaxpr | None:

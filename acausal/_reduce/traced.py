@@ -8,7 +8,7 @@ import jax
 
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, JaxprEqn, jaxpr_as_fun
-from .jaxpr import structs
+from .jaxpr import inner_jaxprs, structs
 
 
 @contextlib.contextmanager
@@ -67,10 +67,8 @@ def every_operation(closed: ClosedJaxpr) -> Iterator[JaxprEqn]:
         yield eqn
         if eqn.primitive.name == "custom_jvp_call":
             continue
-        for value in eqn.params.values():
-            for inner in value if isinstance(value, tuple | list) else (value,):
-                if isinstance(inner, ClosedJaxpr):
-                    yield from every_operation(inner)
+        for inner in inner_jaxprs(eqn):
+            yield from every_operation(inner)
 
 
 class Forbidden:

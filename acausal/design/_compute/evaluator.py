@@ -1,4 +1,4 @@
-"""Results of a model with their derivatives, from one compiled program."""
+"""Results of a model with their derivatives, from one program."""
 
 import dataclasses
 import time
