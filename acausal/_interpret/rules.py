@@ -10,8 +10,7 @@ from collections.abc import Callable, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-import scipy.linalg
-import scipy.special
+import scipy  # imports its parts on use: they take longer than the library itself
 
 from .._jax_private import JaxprEqn
 
