@@ -9,6 +9,11 @@ from .terms import Opaque, RecordOf
 from .values import Value
 
 
+def zeros(dims: tuple[int, ...]) -> e.Expression:
+    """Zeros of a shape."""
+    return e.Builtin("Zeros", tuple(map(e.Const, dims))) if dims else e.Const(0.0)
+
+
 def constant(value: Value, key: str) -> Any:
     """A known value as a term."""
     if isinstance(value, bool | int | float | str):

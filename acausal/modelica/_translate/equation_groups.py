@@ -10,6 +10,7 @@ from ..._errors import ModelError
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, SourcePlace
+from .constants import zeros
 from .forms import AlgorithmForm, Form, Residual, form_class
 from .leaves import ModelLeaf
 from .slots import Slots
@@ -97,7 +98,7 @@ def _before(model: Translation, name: str) -> Any:
         return e.If(((e.Builtin("Initial", ()), model.lowered.initial[name]),), previous)
     if leaf.is_discrete:
         return previous
-    return e.Builtin("Zeros", tuple(e.Const(n) for n in leaf.dims)) if leaf.dims else e.Const(0.0)
+    return zeros(leaf.dims)
 
 
 def _where(place: SourcePlace | None, otherwise: str) -> str:

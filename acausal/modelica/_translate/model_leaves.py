@@ -9,6 +9,7 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
+from .constants import zeros
 from .known import is_external, shaped
 from .leaves import ModelLeaf, Role, kind_of, known_unit
 from .scope import NotKnown
@@ -86,7 +87,7 @@ class ModelLeaves:
             self._equate(variable, e.Ref(name), value, "initial")
         else:
             self._starts.state(leaf)
-            self._equate(variable, e.Builtin("Der", (e.Ref(name),)), e.Const(0.0), "initial")
+            self._equate(variable, e.Builtin("Der", (e.Ref(name),)), zeros(variable.dims), "initial")
 
     def _parameter_value(self, variable: FlatVariable, leaf: ModelLeaf, path: list[str]) -> Value:
         """The value of a parameter; one with a binding that reads others is determined by them."""

@@ -23,10 +23,6 @@ Args: TypeAlias = Sequence[Any]
 Evaluate: TypeAlias = Callable[[Any, Scope], Value]
 
 
-def _no_event(args: Args, at: Scope, evaluate: Evaluate) -> Value:
-    return evaluate(args[0], at.without_events())
-
-
 def _smooth(args: Args, at: Scope, evaluate: Evaluate) -> Value:
     order = evaluate(args[0], at)
     return evaluate(args[1], at.without_events() if order >= 1 else at)
@@ -97,7 +93,6 @@ def _missing(name: str) -> Callable[[Args, Scope, Evaluate], Value]:
 
 
 SPECIAL: dict[str, Callable[[Args, Scope, Evaluate], Value]] = {
-    "NoEvent": _no_event,
     "Smooth": _smooth,
     "SemiLinear": _semilinear,
     "Sqrt": _root,

@@ -265,7 +265,10 @@ class Lowering:
     def _initial_values(self) -> None:
         for equation in self.flat.initial_equations:
             x = equation.residual
-            if isinstance(x, e.Binary) and x.op == "Sub" and previous_at_start(x) is None:
+            if statement := self._as_statement(x):
+                outputs = tuple(targets_of((statement,)))
+                self._initial_algorithm(Algorithm((statement,), outputs, equation.component, equation.place))
+            elif isinstance(x, e.Binary) and x.op == "Sub" and previous_at_start(x) is None:
                 for left, right in ((x.left, x.right), (x.right, x.left)):
                     name = self._held(left)
                     if name is not None and name not in self.out.initial:
@@ -277,6 +280,15 @@ class Lowering:
                 self.out.initial_equations.append(equation)
         for algorithm in self.flat.initial_algorithms:
             self._initial_algorithm(algorithm)
+
+    def _as_statement(self, x: Any) -> e.Assign | None:
+        """An initial equation that determines discrete variables and parameters by all results of a function."""
+        match x:
+            case e.Binary("Sub", e.TupleOf(elements), value):
+                names = ["" if item is None else self._held(item) for item in elements]
+                if None not in names:
+                    return e.Assign(tuple(e.Target(name) if name else None for name in names), value)
+        return None
 
     def _held(self, x: Any) -> str | None:
         """The discrete variable, or the parameter without a value, that an initial equation determines."""

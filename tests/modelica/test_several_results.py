@@ -1,0 +1,51 @@
+"""Functions with several results in when-clauses and initial equations."""
+
+import numpy as np
+from numpy.testing import assert_allclose
+
+from acausal import simulate
+from acausal.modelica import load
+
+TEXT = """
+model M
+  function sums
+    input Real x[:];
+    output Real doubled[size(x, 1)];
+    output Real total;
+  algorithm
+    doubled := if x[1] > 0.1 then 2*x else x;
+    total := sum(x);
+  end sums;
+  function inverse
+    input Real x[:];
+    output Real y[size(x, 1)];
+    output Real first;
+  algorithm
+    y := ones(size(x, 1)) ./ x;
+    first := sqrt(x[1] - 1)/x[1];
+  end inverse;
+  discrete Real a[2](start = {1, 2}, each fixed = true);
+  discrete Real b(start = 1, fixed = true);
+  parameter Real p[2](each fixed = false), q(fixed = false), r[2](each fixed = false), s(fixed = false);
+  parameter Real u[2](each fixed = false, each start = 1);
+  Real x[2](each start = 0, each fixed = true);
+initial equation
+  (p, q) = sums({2, 3});
+  (r, s) = inverse(p);
+  u .^ 2 = 4*p;
+equation
+  when sample(0.5, 1) then
+    (a, b) = sums(pre(a));
+  end when;
+  der(x) = r;
+end M;
+"""
+
+
+def test_all_results_count_in_when_clauses_and_initial_equations() -> None:
+    end = simulate(load(TEXT, "M"), 2.0, save="end", rtol=1e-8)
+    assert_allclose(end["a"][-1], [4, 8])
+    assert_allclose(end["b"][-1], 6)
+    assert_allclose(end["x"][-1], 2 / np.array([4, 6]), rtol=1e-8)
+    assert_allclose([end["q"][-1], end["s"][-1]], [5, np.sqrt(3) / 4])
+    assert_allclose(end["u"][-1], [4, np.sqrt(24)])
