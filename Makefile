@@ -1,12 +1,13 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-READY := $(VENV)/.ready
+DEMO := $(VENV)/.plots,tables
+READY := $(VENV)/.dev
 export MPLBACKEND := Agg
 
 .PHONY: demo test test-thorough test-slow lint pytest bench docs site clean
 
-demo: $(READY)  ## set up and run the studies of the clutch actuators
+demo: $(DEMO)  ## set up and run the studies of the clutch actuators
 	$(BIN)/python -m studies validate --out output
 	$(BIN)/python -m studies optimise --out output
 
@@ -36,10 +37,10 @@ docs: $(READY)  ## regenerate the pages with computed results
 site: $(READY)  ## build the documentation site in site/; fails on a dead link
 	$(BIN)/python -m docs.site
 
-$(READY): pyproject.toml
+$(VENV)/.%: pyproject.toml  # the environment with these extras
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --editable ".[dev]"
-	touch $(READY)
+	$(BIN)/pip install --quiet --editable ".[$*]"
+	touch $@
 
 clean:
 	rm -rf $(VENV) output build/pages site .cache
