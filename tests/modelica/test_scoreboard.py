@@ -62,6 +62,12 @@ def test_an_output_of_the_model_is_a_signal() -> None:
     assert signal(flat, solution, "y") == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
 
 
+def test_a_parameter_is_a_constant_signal() -> None:
+    text = "model M parameter Real p[2] = {3, 4}; Real x(start = 1, fixed = true); equation der(x) = -p[1] * x; end M;"
+    solution = simulate(load(text, "M"), 1.0, save="end")
+    assert np.array_equal(np.asarray(signal(flat_model(text, "M"), solution, "p[2]")), [4.0] * len(solution.ts))
+
+
 def test_a_signal_of_rounding_errors_has_no_range() -> None:
     """Noise of 1e-16 is zero; a rise to 1e-12 is not."""
     times = np.linspace(0.0, 1.0, 11)

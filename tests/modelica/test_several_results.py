@@ -1,9 +1,10 @@
-"""Functions with several results in when-clauses and initial equations."""
+"""Functions with several results, or none, in when-clauses and initial equations."""
 
 import numpy as np
+import pytest
 from numpy.testing import assert_allclose
 
-from acausal import simulate
+from acausal import SimulationError, simulate
 from acausal.modelica import load
 
 TEXT = """
@@ -49,3 +50,23 @@ def test_all_results_count_in_when_clauses_and_initial_equations() -> None:
     assert_allclose(end["x"][-1], 2 / np.array([4, 6]), rtol=1e-8)
     assert_allclose([end["q"][-1], end["s"][-1]], [5, np.sqrt(3) / 4])
     assert_allclose(end["u"][-1], [4, np.sqrt(24)])
+
+
+def test_calls_without_results_in_when_clauses_print_or_fail() -> None:
+    text = """
+    model M
+      function show input String s; external "C" ModelicaInternal_print(s); end show;
+      function check input Real x; algorithm show("checked"); assert(x < limit, "x is large"); end check;
+      constant Real limit = 0.75;
+      Real x(start = 0, fixed = true);
+    equation
+      der(x) = 1;
+      when sample(0.5, 0.5) then
+        check(x);
+      end when;
+    end M;
+    """
+    model = load(text, "M")
+    assert_allclose(simulate(model, 0.9, save="end")["x"][-1], 0.9)
+    with pytest.raises(SimulationError, match=r"At t = 1 s: .*x is large"):
+        simulate(model, 1.5)

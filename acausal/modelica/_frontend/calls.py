@@ -80,9 +80,9 @@ def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     given = _matched(here, instance.name, inputs, x)
     functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}
     name = here.context.functions.request(instance, functions)
-    extra = [item for arg in functions.values() for item in arg.results]
+    bound = [item for arg in functions.values() for item in arg.results]
     ordered = _in_order(here, instance, inputs, given)
-    values = [arg for arg in ordered if arg.type.name != "function"] + extra
+    values = bound + [arg for arg in ordered if arg.type.name != "function"]
     lifted = _lifted(here, inputs, given, x)
     outputs = [one for one in instance.components() if one.causality == "output"]
     variability = max((arg.variability for arg in values), default=CONSTANT)

@@ -102,7 +102,7 @@ class Functions(Mapping[str, FlatFunction]):
         c_name = None if external is None else external.name or instance.name
         return FlatFunction(
             name,
-            (*inputs, *extra),
+            (*extra, *inputs),  # inputs at the end may be left out
             tuple(outputs),
             tuple(own),
             tuple(body),

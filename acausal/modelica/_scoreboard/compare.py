@@ -102,7 +102,10 @@ def signal(flat: FlatModelica, solution: Solution, name: str) -> jax.Array | Non
     path = attribute_path(whole)
     for own in (path, f"{path}.value"):  # an input or output of the model is a port, whose variable is `value`
         if own in solution:
-            return jnp.asarray(solution[own])[(..., *place)]
+            values = jnp.asarray(solution[own])
+            if whole in flat.variables and values.ndim == len(flat.variables[whole].dims):  # a parameter
+                values = jnp.broadcast_to(values, (len(solution.ts), *values.shape))
+            return values[(..., *place)]
     known = KnownValues(flat)
     return jnp.full_like(solution.ts, np.asarray(known[whole], float)[place]) if whole in known else None
 

@@ -194,6 +194,8 @@ class Lowering:
         found: Values = {}
         for s in body:
             match s:
+                case e.Assign((), e.FunctionCall() as call):
+                    self._effects(call, active)
                 case e.Assign():
                     found[s.targets] = s.value
                 case e.Reinit():
@@ -210,6 +212,23 @@ class Lowering:
                 case _:
                     raise ModelError(f"a {type(s).__name__.lower()} in a when-clause is not supported.")
         return found
+
+    def _effects(self, call: e.FunctionCall, active: str) -> None:
+        """A call whose results nobody takes: the assertions of its function must hold. External ones only print."""
+        function = self.flat.functions[call.name]
+        given = dict(zip((formal.name for formal in function.inputs), call.args, strict=False))
+
+        def of_arguments(x: Any) -> Any:
+            return given[x.name] if isinstance(x, e.Ref) and x.name in given and not x.subs else mapped(x, of_arguments)
+
+        for s in map(of_arguments, function.body):
+            match s:
+                case e.Assert(condition, message, is_warning):
+                    self.out.demands += [] if is_warning else [Assertion(active, condition, message)]
+                case e.Assign((), e.FunctionCall() as inner):
+                    self._effects(inner, active)
+                case _:
+                    raise ModelError(f"a call of {call.name} without its results in a when-clause is not supported.")
 
     def _assigned(self, assigned: dict[Targets, list[tuple[str, Any]]], initial: Mapping[str, Any]) -> None:
         for targets, values in assigned.items():

@@ -145,9 +145,9 @@ def test_functions_as_arguments_get_a_copy_of_the_function() -> None:
     source = """
         partial function F input Real x; output Real y; end F;
         function g input Real x; input Real k; output Real y; algorithm y := k*x; end g;
-        function twice input F f; input Real x; output Real y; algorithm y := f(f(x)); end twice;
+        function twice input F f; input Real x; input Real last = 1; output Real y; algorithm y := f(f(x)); end twice;
         model M parameter Real p = 3; Real y = twice(function g(k = p), time); end M;"""
-    assert variables(source)["y"] == "twice(f=g|k)(time, p)"
+    assert variables(source)["y"] == "twice(f=g|k)(p, time)"
     assert text(flat(source).functions["twice(f=g|k)"].body) == "y := g(g(x, f__k), f__k)"
 
 
