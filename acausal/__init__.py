@@ -75,8 +75,7 @@ from . import _jax_settings, _progress
 from ._analyse.eigenmodes import Modes, Shares
 from ._analyse.linear_system import LinearSystem
 from ._analyse.linearise import SampledWarning, linearise
-from ._analyse.stability_margins import Margins
-from ._analyse.zeros import TransferFunction
+from ._analyse.realisation import Margins, TransferFunction
 from ._declare.annotations import (
     Discrete,
     Flow,

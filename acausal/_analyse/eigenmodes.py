@@ -1,14 +1,22 @@
-"""Modes of a linear system: poles, damping, shapes, and participation."""
+"""Eigenmodes of a linear system: their poles, shapes, and shares of the states and of the stored energy."""
 
+import functools as ft
 from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jaxtyping import Array, Complex, Float
 
-from .._errors import unknown_part
+from .._errors import ArgumentError, unknown_part
+from .._integrate.results.energy import stored
+from .._integrate.setup.user_function import UserFunction, trace
+from .._interpret.in_parts import in_parts
+from .._reduce.jaxpr import slice_output
+from .operating_point import OperatingPoint, invariants_at
+from .redundant import curvature
 from .table import aligned, number, pole_name, share_table, shown, without_rounding
 
 
@@ -117,3 +125,77 @@ def _normalised(vectors: Array) -> Any:
         return vectors
     largest = jnp.argmax(jnp.abs(vectors), axis=0)
     return vectors / jnp.take_along_axis(vectors, largest[None], axis=0)
+
+
+NOTHING = 1e-22  # share of the energy of other modes that counts as rounding
+
+
+def energy_shares(point: OperatingPoint, poles: Array, shapes: Array, independent: tuple[int, ...]) -> Shares:
+    """The share of each component with stored energy in each mode; `shapes` are directions of all states.
+
+    With a mode shape v and the Hessian H of a component's stored energy as a function of the states, v^H H v is twice
+    its energy in that mode, averaged over a period. The shares are relative to the sum of absolute values.
+    """
+    quantity, constants = trace(stored, point.system.flat, "energy")
+    values = _second_variations(quantity, independent, constants, point, shapes)
+    total = jnp.sum(jnp.abs(values), axis=0)
+    total = jnp.where(total > NOTHING * jnp.max(total, initial=0.0), total, jnp.inf)
+    names = jax.tree_util.tree_unflatten(quantity.tree, range(quantity.n_outputs))
+    stores = {name: i for name, i in names.items() if _depends(quantity, len(constants), i)}
+    shares = (values / total)[np.array(list(stores.values()), int)]
+    return Shares(shares, poles, tuple(stores), "energy")
+
+
+def _depends(quantity: UserFunction, n_constants: int, output: int) -> bool:
+    """Whether a component's stored energy depends on any variable, such as that of a mass."""
+    return any(position >= n_constants for position in slice_output(quantity.closed, output).used)
+
+
+@ft.partial(in_parts, static_argnums=(0, 1))
+def _second_variations(
+    quantity: UserFunction, independent: tuple[int, ...], constants: list[Array], point: OperatingPoint, v: Array
+) -> Array:
+    """v^H H v for each output of `quantity` (down) and each column of `v` (across), along the invariants."""
+    invariants = invariants_at(point)
+
+    def energies(y: Array) -> Array:
+        values = quantity(constants, point.read(quantity.leaves, y))
+        return jnp.stack(values) if values else jnp.zeros(0)
+
+    def along(direction: Array) -> Array:
+        def slope(y: Array) -> Array:
+            return jax.jvp(energies, (y,), (direction,))[1]
+
+        second = jax.jvp(slope, (point.y,), (direction,))[1]
+        if invariants is None:
+            return second
+        bend = curvature(invariants, point.y, direction, np.array(independent))
+        return second + jax.jvp(energies, (point.y,), (bend,))[1]
+
+    return jax.vmap(lambda column: along(column.real) + along(column.imag), in_axes=1, out_axes=1)(v)
+
+
+def poles_near(A: np.ndarray, shift: complex, count: int) -> np.ndarray:
+    """The eigenvalues of a matrix that are closest to a shift: those of largest magnitude of (A - shift)^-1, by the
+    Arnoldi method (Saad, Numerical Methods for Large Eigenvalue Problems, 2011).
+    """
+    n = len(A)
+    if not 1 <= count <= n:
+        raise ArgumentError(f"poles_near(..., count={count}) of a system with {n} states: ask for 1 to {n} poles.")
+    if count >= n - 1:  # as many as the Arnoldi method has vectors
+        values = np.linalg.eigvals(A)
+    else:
+        sparse = scipy.sparse
+        real = shift.real if shift.imag == 0.0 else shift
+        matrix = sparse.csc_array(A) - sparse.csc_array(sparse.diags_array(np.full(n, real)))
+        try:
+            factors = sparse.linalg.splu(sparse.csc_matrix(matrix))
+        except RuntimeError as error:
+            raise ArgumentError(
+                f"shift={real} is a pole of the system, so A - shift has no inverse. Remedy: a shift beside it."
+            ) from error
+        inverse = sparse.linalg.LinearOperator((n, n), matvec=factors.solve, dtype=matrix.dtype)
+        start = np.random.default_rng(0).normal(size=n).astype(matrix.dtype)
+        found = sparse.linalg.eigs(inverse, count, v0=start, return_eigenvectors=False)
+        values = shift + 1.0 / found
+    return values[np.argsort(np.abs(values - shift), kind="stable")][:count]

@@ -11,12 +11,9 @@ from jaxtyping import Array, ArrayLike, Complex, Float
 from .._errors import ModelError, suggestion
 from .._extras import Axes, Panels, needed
 from . import realisation, responses
-from .eigenmodes import Modes, Shares, modes_of, poles_of
+from .eigenmodes import Modes, Shares, energy_shares, modes_of, poles_near, poles_of
 from .operating_point import OperatingPoint
-from .poles_near import poles_near
-from .stability_margins import Margins, margins
-from .storage import energy_shares
-from .zeros import TransferFunction, dc_gain, transfer_function, transmission_zeros
+from .realisation import Margins, TransferFunction, dc_gain, margins, transfer_function, transmission_zeros
 
 
 class LinearSystem(eqx.Module):
@@ -207,19 +204,19 @@ class LinearSystem(eqx.Module):
         Gains are in dB of the units of output and input. `w` are angular frequencies in rad/s, by default a decade
         more on either side than those at which the responses bend, and down to -80 dB below the largest gain.
         """
-        from .linear_plots import plot_bode
+        from .responses import plot_bode
 
         return plot_bode(self, w, axes)
 
     def plot_step(self, ts: ArrayLike | None = None, axes: Panels | None = None) -> np.ndarray:
         """Plot the step responses, a row for each unit of the outputs and a column for each input; returns the axes."""
-        from .linear_plots import plot_step
+        from .responses import plot_step
 
         return plot_step(self, ts, axes)
 
     def plot_poles(self, ax: Axes | None = None) -> Axes:
         """Plot poles (crosses) and transmission zeros (circles) in the complex plane; returns the matplotlib axes."""
-        from .linear_plots import plot_poles
+        from .responses import plot_poles
 
         return plot_poles(self, ax)
 

@@ -20,7 +20,58 @@ from .._declare.layout import with_leaves
 from .._declare.node import Port, leaves_of
 from .._numbers import Numbers
 from .._reduce.connections import children
-from .spans import SAME, equilibrated, independent, left_null, solution
+
+SAME = 1e-7  # relative difference that counts as none
+RANK = 1e-10  # relative size of a singular value that counts as zero
+
+
+def equilibrated(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A matrix with rows and columns scaled so that all entries are near one, and the factors of the columns.
+
+    The factors minimise the logarithms of the entries in the least-squares sense (Curtis and Reid, 1972): volumes of
+    1e-14 then have the same size as pressures of 1.
+    """
+    rows, columns = np.nonzero(matrix)
+    if not len(rows):
+        return matrix.copy(), np.ones(matrix.shape[1])
+    design = np.zeros((len(rows), sum(matrix.shape)))
+    design[np.arange(len(rows)), rows] = 1.0
+    design[np.arange(len(rows)), matrix.shape[0] + columns] = 1.0
+    logs = np.linalg.lstsq(design, -np.log(np.abs(matrix[rows, columns])), rcond=None)[0]
+    down, across = np.exp(logs[: matrix.shape[0]]), np.exp(logs[matrix.shape[0] :])
+    return matrix * down[:, None] * across, across
+
+
+def solution(matrix: np.ndarray, right: np.ndarray) -> np.ndarray | None:
+    """The solution of equally many independent equations and unknowns; None for other ranks."""
+    if matrix.shape[0] < matrix.shape[1] or np.linalg.matrix_rank(matrix, tol=RANK) < matrix.shape[1]:
+        return None
+    if matrix.shape[0] == matrix.shape[1]:
+        # Elimination keeps zeros, which least squares would fill with rounding errors.
+        return np.linalg.solve(matrix, right)
+    found = np.linalg.lstsq(matrix, right, rcond=None)[0]
+    return found if np.max(np.abs(matrix @ found - right), initial=0.0) < SAME else None
+
+
+def left_null(matrix: np.ndarray) -> np.ndarray:
+    """Rows that multiply the matrix to zero."""
+    if matrix.size == 0:
+        return np.eye(matrix.shape[0])
+    u, sizes, _ = np.linalg.svd(matrix)
+    rank = int(np.sum(sizes > RANK * max(sizes[0], 1e-300)))
+    return u[:, rank:].T
+
+
+def independent(rows: np.ndarray) -> np.ndarray:
+    """Independent rows that span the same space."""
+    if rows.size == 0:
+        return rows[:0]
+    size = np.max(np.abs(rows), axis=0)
+    size = np.where(size > 0.0, size, 1.0)
+    _, sizes, vt = np.linalg.svd(rows / size)
+    rank = int(np.sum(sizes > RANK * max(sizes[0], 1e-300))) if sizes[0] > RANK else 0
+    return vt[:rank] * size
+
 
 RATES = (0.37, 2.9, 31.0, 470.0)  # values of s in 1/s
 
@@ -228,3 +279,67 @@ def _column(name: str, ports: Sequence[PowerPort]) -> Any:
         if name == f"{port.name}.{port.through}":
             return ("e" if port.of_flow else "f", i)
     return name
+
+
+ROUNDING = 1e-15  # relative size of entries of a response that are rounding errors
+
+
+class TwoPort(NamedTuple):
+    """A two-port with power counted into both ports: TF: e1 = modulus e2, f2 = -modulus f1; GY: e1 = modulus f2, e2 =
+    -modulus f1.
+
+    `first` and `second`: impedances in series at a port (`..._of_efforts`), or admittances across it.
+    """
+
+    kind: str
+    modulus: float
+    first: Series
+    first_of_efforts: bool
+    second: Series
+    second_of_efforts: bool
+
+
+def two_port(local: Local, i: int, j: int, parameters: Sequence[float]) -> TwoPort | None:
+    """The form with the fewest elements and, among those, with values that are parameters of the component."""
+    found = list(_forms(local, i, j))
+    return min(found, key=lambda form: (_size(form), -_named(form, parameters)), default=None)
+
+
+def _forms(local: Local, i: int, j: int) -> Iterator[TwoPort]:
+    """The form for each choice of the dependent variable at a port: its effort or its flow."""
+    for kind, of_efforts in (
+        ("TF", (True, False)),
+        ("TF", (False, True)),
+        ("GY", (True, True)),
+        ("GY", (False, False)),
+    ):
+        first, second = (("e", "f") if given else ("f", "e") for given in of_efforts)
+        found = local.response([(first[0], i), (second[0], j)], [(first[1], i), (second[1], j)])
+        if found is None:
+            continue
+        across, back = (np.array([matrix[a] for matrix in found]) for a in ((0, 1), (1, 0)))
+        size = np.max(np.abs(across))
+        if size == 0.0 or np.ptp(across) > SAME * size or np.max(np.abs(across + back)) > SAME * size:
+            continue
+        laws = [series(_clean([float(matrix[a, a]) for matrix in found], found)) for a in (0, 1)]
+        if laws[0] is None or laws[1] is None:
+            continue
+        value = float(across[0])
+        # With f1 = value f2, or f1 = value e2, the modulus is that of the inverse.
+        modulus = value if of_efforts[0] else -1.0 / value
+        yield TwoPort(kind, modulus, laws[0], of_efforts[0], laws[1], of_efforts[1])
+
+
+def _clean(values: Sequence[float], found: list[np.ndarray]) -> list[float]:
+    """The values, with rounding errors relative to the largest response set to zero."""
+    size = max(float(np.max(np.abs(matrix))) for matrix in found)
+    return [0.0 if abs(value) < ROUNDING * size else value for value in values]
+
+
+def _size(form: TwoPort) -> int:
+    return len(form.first) + len(form.second)
+
+
+def _named(form: TwoPort, parameters: Sequence[float]) -> int:
+    values = [value for law in (form.first, form.second) for value in (law.inertia, law.resistance, law.stiffness)]
+    return sum(any(abs(value - known) <= 1e-6 * abs(known) for known in parameters) for value in values if value)

@@ -7,9 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._analyse.operating_point import operating_point
-from .._analyse.power_ports import Local, PowerPort, Series, power_ports
-from .._analyse.spans import SAME
-from .._analyse.two_ports import TwoPort, two_port
+from .._analyse.power_ports import SAME, Local, PowerPort, Series, TwoPort, power_ports, two_port
 from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.layout import complete, rebuilt

@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 from jaxtyping import Complex, Float
 
-from .._analyse.spans import equilibrated
+from .._analyse.power_ports import equilibrated
 from .._declare.component import Component
 from .._errors import ModelError
 from .._extras import Axes

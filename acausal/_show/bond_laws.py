@@ -4,8 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .._analyse.power_ports import RATES, Local, Series, series
-from .._analyse.spans import SAME
+from .._analyse.power_ports import RATES, SAME, Local, Series, series
 
 
 def is_lossless(local: Local, i: int, j: int, shares: Mapping[str, float | None]) -> bool:

@@ -17,7 +17,7 @@ from acausal import (
     linearise,
     simulate,
 )
-from acausal._analyse.stability_margins import margins
+from acausal._analyse.realisation import margins
 from components.blocks import Constant, Gain, Sum, TransferFunction
 from components.blocks._interfaces import SISO
 
