@@ -1,4 +1,4 @@
-"""From components and connections to the places and bonds of a bond graph."""
+"""From components and connections to the places and bonds of a bond graph, without bonds that carry no power."""
 
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from .._analyse.operating_point import operating_point
-from .._analyse.power_ports import SAME, Local, PowerPort, Series, TwoPort, power_ports, two_port
+from .._analyse.power_ports import RATES, SAME, Local, PowerPort, Series, TwoPort, power_ports, series, two_port
 from .._declare.array import Array
 from .._declare.component import Component
 from .._declare.layout import complete, rebuilt
@@ -17,8 +17,6 @@ from .._evaluate.building import system_of
 from .._reduce.connections import children
 from .._reduce.flatten import flatten
 from .bond_graph import Bond, BondNode
-from .bond_laws import is_lossless, weighted
-from .bond_simplify import simplified
 from .diagram import _joined_ports
 
 
@@ -243,3 +241,136 @@ def _value(local: Local, column: Any) -> float | None:
 
 def _inverse(value: float) -> float:
     return 1.0 / value if value else 0.0
+
+
+def is_lossless(local: Local, i: int, j: int, shares: Mapping[str, float | None]) -> bool:
+    """Whether two ports have proportional efforts and proportional flows without losses, as in a transformer."""
+    if local.is_driven or any(ratio is None for ratio in shares.values()):
+        return False
+    return all(
+        ratio is not None and abs(local.offset((kind, j)) - ratio * local.offset((kind, i))) < SAME
+        for kind, ratio in shares.items()
+    )
+
+
+def weighted(local: Local, ports: Sequence[int]) -> tuple[np.ndarray, list[Series]] | None:
+    """Weights of the flows of three ports, and the impedance of each: e_i = Z_i f_i + weight_i effort."""
+    flows, efforts = [("f", i) for i in ports], [("e", i) for i in ports]
+    found = local.relations(flows)
+    if len(found) != 1 or np.min(np.abs(found[0])) < SAME * np.max(np.abs(found[0])):
+        return None
+    weights = found[0] / found[0][np.argmin(np.abs(found[0]))]
+    basis = np.linalg.svd(weights[None])[2][1:]
+    away = np.eye(3) - np.outer(weights, weights) / (weights @ weights)
+    values = []
+    for which in range(len(RATES)):
+        rows = local.relations([*efforts, *flows], which)
+        lines, targets = [], []
+        for motion in basis:
+            pushed = np.linalg.lstsq(rows[:, :3], -rows[:, 3:] @ motion, rcond=1e-10)[0]
+            if np.max(np.abs(rows[:, :3] @ pushed + rows[:, 3:] @ motion)) > SAME * np.max(np.abs(rows)):
+                return None
+            lines.append(away * motion)
+            targets.append(away @ pushed)
+        left, right = np.concatenate(lines), np.concatenate(targets)
+        solution = np.linalg.lstsq(left, right, rcond=1e-10)[0]
+        size = np.max(np.abs(right), initial=0.0)
+        if np.max(np.abs(left @ solution - right), initial=0.0) > SAME * size:
+            return None
+        values.append(np.where(np.abs(solution) < SAME * size, 0.0, solution))
+    laws = [series(column) for column in np.array(values).T]
+    return None if any(law is None for law in laws) else (weights, [law for law in laws if law is not None])
+
+
+def simplified(places: Sequence[BondNode], bonds: Sequence[Bond]) -> tuple[list[BondNode], list[Bond]]:
+    """The remaining places and bonds, renumbered."""
+    graph = _Graph(list(places), list(bonds))
+    while graph.without_zero() or graph.without_end() or graph.without_passage() or graph.without_twin():
+        pass
+    kept = [i for i in range(len(graph.places)) if graph.around(i)]
+    number = {place: i for i, place in enumerate(kept)}
+    return (
+        [graph.places[i] for i in kept],
+        [Bond(number[bond.tail], number[bond.head], bond.domain) for bond in graph.bonds],
+    )
+
+
+class _Graph:
+    """Places, which are never removed, and bonds, which are."""
+
+    def __init__(self, places: list[BondNode], bonds: list[Bond]) -> None:
+        self.places, self.bonds = places, bonds
+
+    def around(self, place: int) -> list[Bond]:
+        return [bond for bond in self.bonds if place in (bond.tail, bond.head)]
+
+    def _zero(self, kind: str, at: int, domain: str) -> None:
+        self.places.append(BondNode(kind, "", 0.0, domain))
+        self.bonds.append(Bond(len(self.places) - 1, at, domain))
+
+    def without_zero(self) -> bool:
+        """Remove a source of zero and propagate the zeros; returns whether there was one."""
+        for number, place in enumerate(self.places):
+            if place.kind in ("Se", "Sf") and place.value == 0.0 and (found := self.around(number)):
+                (bond,) = found
+                self.bonds.remove(bond)
+                self._nothing(place.kind, bond.tail if bond.head == number else bond.head)
+                return True
+        return False
+
+    def _nothing(self, kind: str, place: int) -> None:
+        """A bond with no effort ("Se") or no flow ("Sf") was removed from a place."""
+        here, around = self.places[place].kind, self.around(place)
+        if here in ("0", "1"):
+            # No effort at a 0-junction, or no flow at a 1-junction: no power at any of its bonds.
+            if (here == "0") != (kind == "Se"):
+                return
+            self.bonds = [bond for bond in self.bonds if bond not in around]
+            for bond in around:
+                self._nothing(kind, bond.tail if bond.head == place else bond.head)
+        elif here in ("TF", "GY") and around:
+            (bond,) = around
+            self.bonds.remove(bond)
+            beyond = kind if here == "TF" else {"Se": "Sf", "Sf": "Se"}[kind]
+            self._zero(beyond, bond.tail if bond.head == place else bond.head, bond.domain)
+
+    def without_end(self) -> bool:
+        """Remove a junction with one bond, which has no flow (0-junction) or no effort (1-junction)."""
+        for number, place in enumerate(self.places):
+            found = self.around(number)
+            if place.kind in ("0", "1") and len(found) == 1:
+                self.bonds.remove(found[0])
+                beyond = found[0].tail if found[0].head == number else found[0].head
+                self._zero("Sf" if place.kind == "0" else "Se", beyond, found[0].domain)
+                return True
+        return False
+
+    def without_passage(self) -> bool:
+        """Remove a junction with one bond to it and one from it."""
+        for number, place in enumerate(self.places):
+            found = self.around(number)
+            if place.kind in ("0", "1") and len(found) == 2:
+                ins = [bond for bond in found if bond.head == number]
+                outs = [bond for bond in found if bond.tail == number]
+                if len(ins) == 1 and ins[0].tail != outs[0].head:
+                    self.bonds = [bond for bond in self.bonds if bond not in found]
+                    self.bonds.append(Bond(ins[0].tail, outs[0].head, outs[0].domain))
+                    return True
+        return False
+
+    def without_twin(self) -> bool:
+        """Merge two junctions of one kind with a single bond between them."""
+        for bond in self.bonds:
+            kinds = {self.places[bond.tail].kind, self.places[bond.head].kind}
+            twice = sum({other.tail, other.head} == {bond.tail, bond.head} for other in self.bonds) > 1
+            if kinds in ({"0"}, {"1"}) and not twice:
+                self.bonds.remove(bond)
+                self.bonds = [
+                    other._replace(
+                        tail=bond.tail if other.tail == bond.head else other.tail,
+                        head=bond.tail if other.head == bond.head else other.head,
+                    )
+                    for other in self.bonds
+                ]
+                return True
+        return False

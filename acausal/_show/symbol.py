@@ -10,8 +10,7 @@ from typing import Any
 
 from .._declare.fields import dynamic_fields, parts_of
 from .._declare.node import Node, Port
-from .schematic.drawing import DARK, ROOT, drawn
-from .schematic.symbols import GRID, Symbol, Turned
+from .schematic.symbols import DARK, GRID, ROOT, Symbol, Turned, drawn
 
 
 def symbol_of(part: Any) -> Symbol:

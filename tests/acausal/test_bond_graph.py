@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from test_diagram import Chain
 
 from acausal import BondGraph, Component, Connections, ModelError, bond_graph, connect, linearise, repeat, replace
-from acausal._show.bond_causality import causality
-from acausal._show.bond_graph import Bond, BondNode
+from acausal._show.bond_graph import Bond, BondNode, causality
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 from components.rotational import Cam, EccentricDisc, Inertia, SpringDamper
 from components.translational import Fixed, Mass, Spring

@@ -8,7 +8,7 @@ import pytest
 from acausal import Component, Connections, check, connect, simulate
 from acausal._evaluate.building import system_of
 from acausal._reduce.flatten import flatten
-from acausal._show.free_ports import free_ports
+from acausal._show.check import free_ports
 from components.electrical import Capacitor, ConstantVoltage, DCMotor, Ground, Resistor, VoltageSensor
 from components.rotational import (
     AngleSensor,

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from acausal._show.placing import apart, placed
+from acausal._show.bond_plot import apart, placed
 
 
 def test_layout_keeps_distances_of_a_path() -> None:

@@ -7,10 +7,9 @@ import pytest
 
 from acausal import Component, Connections, ModelError, Symbol, connect, diagram
 from acausal._show.diagram_svg import schematic
-from acausal._show.schematic.glyph import Rect
-from acausal._show.schematic.graph import Graph, graph_of
+from acausal._show.schematic.graph import Graph, Rect, graph_of
 from acausal._show.schematic.layout import Schematic, layout
-from acausal._show.schematic.programs import least_lengths
+from acausal._show.schematic.places import least_lengths
 from acausal._show.schematic.symbols import Point, Turned
 from components.electrical import Capacitor, ConstantVoltage, Diode, Ground, Resistor
 from docs.drive import drive
