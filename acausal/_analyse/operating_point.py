@@ -12,8 +12,8 @@ import numpy as np
 from jaxtyping import Array, Float, PyTree
 
 from .._declare.component import Component
+from .._declare.history import Past, past_of
 from .._declare.layout import complete_leaves
-from .._declare.past import Past, past_of
 from .._errors import ModelError, SimulationError
 from .._evaluate.building import check_structure
 from .._evaluate.initial import checked_names, initial_state

@@ -19,7 +19,7 @@ from .._declare.component import Component
 from .._declare.layout import with_leaves
 from .._declare.node import Port, leaves_of
 from .._numbers import Numbers
-from .._reduce.connections import children
+from .._reduce.flatten import children
 
 SAME = 1e-7  # relative difference that counts as none
 RANK = 1e-10  # relative size of a singular value that counts as zero

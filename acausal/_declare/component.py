@@ -9,9 +9,8 @@ from .._errors import ModelError
 from .._numbers import Numbers, Truth
 from .annotations import Scalar
 from .class_help import class_html
-from .history import Remember
+from .history import Past, Remember
 from .node import Node, Port
-from .past import Past
 from .sizes import Sizes, as_sizes, checked_sizes, sizes_of
 from .tree import as_html, as_text, branch, folded
 

@@ -1,12 +1,13 @@
-"""Histories of signals: `remember` states that a run keeps one, and `recall` reads it."""
+"""The past of a model: histories of signals, which `remember` states and `recall` reads, and of events."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
 from .._numbers import Numbers, Scalar
+from .fields import copied
 
 DEGREE = 4  # of the polynomials, as of the dense output of a step
 # Positions in a step, from -1 to 1: the Chebyshev nodes at which a signal is recorded, and one near the largest error.
@@ -83,3 +84,25 @@ def horner(coefficients: Array, x: Numbers) -> Array:
 def polynomial(row: Array, time: Numbers) -> Array:
     """The value at a time by a row of a history."""
     return horner(row[..., FIRST:], 2.0 * (time - row[..., START]) / row[..., WIDTH] - 1.0)
+
+
+T = TypeVar("T")
+
+
+class Past(NamedTuple):
+    """The event history of a model with computed start values: events were processed up to `time`, and `holds` is 1 for
+    events whose conditions are true then.
+    """
+
+    time: Numbers
+    holds: Numbers
+
+
+def past_of(model: object) -> Past | None:
+    """The event history of a model; None before the first start."""
+    return vars(model).get("_past")
+
+
+def with_past(model: T, past: Past | None) -> T:
+    """A copy of a model with an event history."""
+    return copied(model, {"_past": past})

@@ -15,10 +15,19 @@ import numpy as np
 from .._errors import ArgumentError, ModelError, ParameterError, UnknownNameError, listed, suggestion
 from .._numbers import Scalar
 from .annotations import Declaration, declared
-from .arguments import check_arguments, computes_fields, known_here, remember_arguments
 from .class_help import OwnText, attributes, class_text, html_method, plain_signature
-from .converters import CONVERTERS, Converter, plain_number
-from .fields import dynamic_fields, join, parts_of
+from .fields import (
+    CONVERTERS,
+    Converter,
+    check_arguments,
+    computes_fields,
+    dynamic_fields,
+    join,
+    known_here,
+    parts_of,
+    plain_number,
+    remember_arguments,
+)
 from .node_requirements import Requirements, broken
 
 

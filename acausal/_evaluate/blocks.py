@@ -13,7 +13,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
 from .._numbers import Numbers
-from .._reduce.ranges import is_within, within
+from .._reduce.incidence import is_within, within
 from .affine import Affine, Minus, Value, computed, evaluate, plus, scale, solved_for, times
 from .elimination import SMALL, eliminated, stacked
 from .program import Arg, Program, Step

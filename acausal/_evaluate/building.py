@@ -20,10 +20,9 @@ from .._reduce.aliases import Merged, merge
 from .._reduce.cancel import reduced_exactly
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.flatten import flatten
-from .._reduce.incidence import Pair
+from .._reduce.incidence import Pair, ranges_of_pair
 from .._reduce.index import Reduced
 from .._reduce.jumps import warn_of_jumps
-from .._reduce.ranges import ranges_of_pair
 from .._reduce.sort import Sorted, sort
 from .._reduce.stated import templates
 from .._reduce.states import select_states

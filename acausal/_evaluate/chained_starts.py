@@ -9,9 +9,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._numbers import Numbers
-from .._reduce.chain import chain, entries_of
 from .._reduce.incidence import Pair
-from .._reduce.sort import Sorted
+from .._reduce.sort import Sorted, chain, entries_of
 from .constraint_sets import remaining_constraints
 from .constraints import Constraints
 from .plan import Plan

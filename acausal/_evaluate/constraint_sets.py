@@ -5,10 +5,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .._reduce.chain import Steps, chain
 from .._reduce.graph import sharing
 from .._reduce.incidence import Pair
-from .._reduce.sort import Sorted
+from .._reduce.sort import Sorted, Steps, chain
 from .._reduce.states import nominal_of
 from .constraints import Constraints
 from .plan import Plan

@@ -14,9 +14,9 @@ import numpy as np
 from .._indices import unsigned
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
+from .._reduce.event_indicators import NEVER, Circuit, Expression, circuit
 from .._reduce.flat_model import indexed
 from .._reduce.jaxpr_instants import Instants
-from .._reduce.logic import NEVER, Circuit, Expression, circuit
 
 EventKind = Literal["when", "at", "sample", "refuse", "impact", "yields", "hold", "follow", "started", "remember"]
 

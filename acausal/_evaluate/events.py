@@ -12,15 +12,13 @@ from .._declare.history import Remember, returns
 from .._errors import ModelError
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._reduce.aliases import TIME, Merged
-from .._reduce.bounds import check_bounds
 from .._reduce.equalities import are_equalities
-from .._reduce.event_indicators import relations
+from .._reduce.event_indicators import Expression, relations
 from .._reduce.flat_model import FlatModel
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.jaxpr_instants import Instants, Knowledge, instants
-from .._reduce.logic import Expression
 from .._reduce.stated import conditions_held
-from .._reduce.traced import check_derivatives
+from .._reduce.traced import check_bounds, check_derivatives
 from .event_set import EventEntry, EventSet, Function
 from .stated_events import changes_of, entry_of, events_in, refused_intervals, states_events, where_of
 

@@ -19,7 +19,7 @@ from .._indices import joined
 from .._interpret.in_parts import in_parts
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
-from .._reduce.kind_requirements import required
+from .._reduce.stated import required
 from .._tracing import known
 from .groups import UNROLLED
 from .packing import ModelParameters, SlotValues, discrete_start, slot_values

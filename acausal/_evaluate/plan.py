@@ -12,8 +12,7 @@ from jax import Array
 
 from .._jax_private import INLINE
 from .._numbers import Numbers
-from .._reduce.incidence import Pair
-from .._reduce.ranges import Ranges, within
+from .._reduce.incidence import Pair, Ranges, within
 from .affine import Value
 from .groups import UNROLLED, Group, Guess, Read, Segments, guesses_of, outputs
 from .once import once

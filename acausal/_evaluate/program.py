@@ -7,10 +7,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from .._reduce.aliases import TIME, ZERO
-from .._reduce.chain import Steps
-from .._reduce.incidence import Pair
-from .._reduce.ranges import Ranges, ranges_of_pair
-from .._reduce.sort import Sorted
+from .._reduce.incidence import Pair, Ranges, ranges_of_pair
+from .._reduce.sort import Sorted, Steps
 from .._reduce.states import nominal_of
 from .._reduce.tear import SolutionMethod, Torn
 from .._reduce.template import Template

@@ -13,8 +13,8 @@ from .._declare.history import ROW, Remember
 from .._declare.node import Node
 from .._errors import ModelError, suggestion
 from .._numbers import Numbers
-from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
+from .._reduce.flatten import children
 from .._reduce.traced import tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind

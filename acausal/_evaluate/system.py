@@ -13,9 +13,8 @@ from .._declare.component import Component
 from .._numbers import Numbers, Truth
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flat_model import FlatModel
-from .._reduce.incidence import Pair
+from .._reduce.incidence import Pair, Ranges, is_within, ranges_of_pair
 from .._reduce.index import Reduced
-from .._reduce.ranges import Ranges, is_within, ranges_of_pair
 from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn

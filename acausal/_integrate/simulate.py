@@ -12,9 +12,9 @@ from jaxtyping import ArrayLike, PyTree
 
 from .._declare.annotations import Scalar
 from .._declare.component import Component
+from .._declare.history import past_of
 from .._declare.layout import Layout, layout_of
 from .._declare.node import Node, check_is_node
-from .._declare.past import past_of
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves

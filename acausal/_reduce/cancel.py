@@ -12,11 +12,10 @@ import numpy as np
 
 from .._errors import StructureError, listed
 from .aliases import Family, Merged
-from .dependent import FRACTIONS, MODULAR, PRIME, Row, dependencies, modular
 from .flat_model import FlatModel
 from .graph import inverted, match, strong_components
 from .incidence import Incidence, tabulate
-from .index import Reduced, fixed_rows, reduce_index
+from .index import FRACTIONS, MODULAR, PRIME, Reduced, Row, dependencies, fixed_rows, modular, reduce_index
 from .template import sum_template
 
 ROUNDS = 50

@@ -12,8 +12,7 @@ from jax import Array, lax
 from .._jax_private import ClosedJaxpr
 from .._numbers import Numbers
 from .flat_model import Kind
-from .forms import ANY, Coefficient, Form, constant, interpret, parameter, variable
-from .inverse import solved_for
+from .forms import ANY, Coefficient, Form, constant, interpret, parameter, solved_for, variable
 from .jaxpr import as_function, slice_output, structs
 
 Source = Literal["param", "discrete", "time", "var"]

@@ -14,8 +14,7 @@ from .._declare.layout import complete, rebuilt
 from .._declare.node import Node, leaves_of
 from .._errors import ModelError
 from .._evaluate.building import system_of
-from .._reduce.connections import children
-from .._reduce.flatten import flatten
+from .._reduce.flatten import children, flatten
 from .bond_graph import Bond, BondNode
 from .diagram import _joined_ports
 

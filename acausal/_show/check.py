@@ -17,10 +17,10 @@ from jaxtyping import Bool
 
 from .._declare.component import Component
 from .._declare.fields import join
+from .._declare.history import past_of
 from .._declare.layout import complete_leaves
 from .._declare.node import check_is_node, nodes_of
 from .._declare.node_requirements import broken
-from .._declare.past import past_of
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
 from .._evaluate.diagnosis import first_not_finite

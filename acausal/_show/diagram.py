@@ -14,9 +14,8 @@ from .._declare.component import Component
 from .._declare.node import Node, Port
 from .._errors import ModelError
 from .._integrate.results.solution import Solution
-from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
-from .._reduce.flatten import flatten
+from .._reduce.flatten import children, flatten
 from .._reduce.graph import connected
 from .symbol import colour_of_class, domain_of
 

@@ -12,7 +12,7 @@ from .._declare.component import At, Component, Event, Impact, Refuse, When
 from .._declare.history import Remember
 from .._reduce.flat_model import Kind
 from .._reduce.jaxpr import slice_output, structs
-from .._reduce.kind_requirements import required
+from .._reduce.stated import required
 from .._reduce.traced import tracing
 from .._tracing import is_traced
 from .._units.dimension import TIME

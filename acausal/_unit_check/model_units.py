@@ -8,8 +8,8 @@ import jax
 from .._declare.array import Array
 from .._declare.component import Component
 from .._errors import UnitError, complain
-from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel, Instances, Kind
+from .._reduce.flatten import children
 from .event_units import event_problems
 from .kind_units import kind_units
 from .signal_units import signal_problems

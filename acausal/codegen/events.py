@@ -9,7 +9,7 @@ import numpy as np
 
 from .._evaluate.event_set import EventEntry, EventSet, Function
 from .._jax_private import ClosedJaxpr
-from .._reduce.logic import Expression as Condition
+from .._reduce.event_indicators import Expression as Condition
 from .leaves import leaf_value
 from .model import CModel
 from .resets import Resets

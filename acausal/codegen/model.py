@@ -10,8 +10,7 @@ from .._evaluate.groups import Group
 from .._evaluate.program import Program
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
-from .._reduce.incidence import Pair
-from .._reduce.ranges import Ranges, ranges_of_pair
+from .._reduce.incidence import Pair, Ranges, ranges_of_pair
 from .calls import Call, Solve
 from .expressions import Names, identifier
 from .functions import CFunction

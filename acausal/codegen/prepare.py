@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from .._declare.component import Component
+from .._declare.history import past_of
 from .._declare.layout import complete_leaves
-from .._declare.past import past_of
 from .._errors import ModelError, listed, suggestion
 from .._evaluate.building import check_structure, system_of
 from .._evaluate.initial import checked_names, initial_state

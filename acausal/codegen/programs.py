@@ -16,8 +16,8 @@ from .._evaluate.blocks import Known, evaluate_block, residuals_at, with_tears
 from .._evaluate.elimination import WRITTEN_OUT
 from .._evaluate.program import Program
 from .._jax_private import ClosedJaxpr
+from .._reduce.incidence import within
 from .._reduce.jaxpr import slice_outputs, structs
-from .._reduce.ranges import within
 from .expressions import Names
 from .functions import CFunction, function_of
 from .values import Tables

@@ -4,7 +4,7 @@ import json
 
 import numpy as np
 
-from .._reduce.kind_requirements import required
+from .._reduce.stated import required
 from .expressions import SIGN
 from .model import CModel
 from .values import CValue, Index, stored

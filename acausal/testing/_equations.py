@@ -19,10 +19,9 @@ from .._evaluate.event_set import EventEntry
 from .._evaluate.events import events_of
 from .._integrate.results.energy import accounts
 from .._numbers import Numbers
-from .._reduce.connections import children
 from .._reduce.flat_model import FlatModel
-from .._reduce.flatten import flatten
-from .._reduce.nominal import nominal_size
+from .._reduce.flatten import children, flatten
+from .._reduce.incidence import nominal_size
 
 Params = Sequence[jax.Array | np.ndarray]  # in the order of the leaves of a component, like the modes
 Modes = Sequence[jax.Array | np.ndarray]

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from acausal import Component, Connections, Equations, Param, Scalar, StructureError, Var, connect, eq, simulate
 from acausal._evaluate.building import build
-from acausal._reduce.dependent import FRACTIONS, MODULAR, dependencies, modular
+from acausal._reduce.index import FRACTIONS, MODULAR, dependencies, modular
 from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
 
 NUMBERS = st.integers(-3, 3)

@@ -12,7 +12,7 @@ from jaxtyping import Array, Float
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, eq, simulate, when
 from acausal._integrate.events.crossing import Conditions, Returns, first_crossing
 from acausal._integrate.step.interval import PathSample, sample
-from acausal._reduce.logic import circuit
+from acausal._reduce.event_indicators import circuit
 
 Pair = Float[Array, "2"]
 N = 48

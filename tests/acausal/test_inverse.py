@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from acausal import Component, Equations, Param, Scalar, Var, eq, positive, simulate, structure
-from acausal._reduce.forms import POSITIVE, parameter, variable
-from acausal._reduce.inverse import solved_for
+from acausal._reduce.forms import POSITIVE, parameter, solved_for, variable
 from acausal._reduce.jaxpr import as_function
 
 FORMS = [variable(0), variable(1), parameter(POSITIVE)]  # of x, y and the positive parameter p

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from acausal import Array, Component, Connections, connect, repeat, replace, simulate, structure
-from acausal._reduce.dependent import FRACTIONS, dependencies
+from acausal._reduce.index import FRACTIONS, dependencies
 from benchmarks import _pack
 from benchmarks._grid import decay, grid_of_arrays, grid_of_singles, slowest
 from components.electrical import ConstantVoltage, Ground, Resistor

@@ -9,8 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal._reduce.event_indicators import relations
-from acausal._reduce.logic import (
+from acausal._reduce.event_indicators import (
     Expression,
     both,
     choice,
@@ -21,6 +20,7 @@ from acausal._reduce.logic import (
     literals_of,
     mapped,
     negation,
+    relations,
 )
 
 N = 4

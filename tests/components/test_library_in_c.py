@@ -14,8 +14,7 @@ from acausal import Component
 from acausal._evaluate.events import events_of
 from acausal._jax_private import ClosedJaxpr
 from acausal._reduce.flatten import flatten
-from acausal._reduce.kind_requirements import required
-from acausal._reduce.stated import templates
+from acausal._reduce.stated import required, templates
 from acausal.codegen.functions import CFunction, function_of
 from acausal.codegen.values import Tables
 from acausal.codegen.write import constants, helpers

@@ -11,7 +11,7 @@ from jax.flatten_util import ravel_pytree
 
 from ..._compiled_once import truths_compiled_once
 from ..._numbers import Numbers
-from ..._reduce.logic import Circuit, edges, sign_of
+from ..._reduce.event_indicators import Circuit, edges, sign_of
 from ..step.interval import MOST, TURN, PathSample, advance, over
 from .moment import STILL
 from .part import Part

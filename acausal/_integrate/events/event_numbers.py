@@ -11,9 +11,9 @@ from ..._evaluate.event_set import EventEntry, Schedule
 from ..._evaluate.events import time_leaves
 from ..._evaluate.system import System
 from ..._indices import unsigned
-from ..._reduce.degrees import degrees_of
+from ..._reduce.event_indicators import NEVER, Circuit, Expression, circuit, literals_of
 from ..._reduce.jaxpr import slice_output
-from ..._reduce.logic import NEVER, Circuit, Expression, circuit, literals_of
+from ..._reduce.jaxpr_instants import degrees_of
 from ..setup.settings import AT_ONCE, Settings
 from ..setup.state_vector import StateVector
 

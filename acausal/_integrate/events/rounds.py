@@ -10,7 +10,7 @@ from jax import Array
 
 from ..._equinox_private import while_loop
 from ..._numbers import Numbers
-from ..._reduce.logic import edges
+from ..._reduce.event_indicators import edges
 from ..setup.field import RunArgs
 from .changes import changed
 from .event_history import EventHistory

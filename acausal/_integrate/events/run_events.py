@@ -16,7 +16,7 @@ from ..._evaluate.groups import Segments
 from ..._evaluate.starts import Inputs
 from ..._numbers import Numbers, Truth
 from ..._reduce.event_indicators import TINY
-from ..._reduce.nominal import nominal_size
+from ..._reduce.incidence import nominal_size
 from ..setup.field import RunArgs, values_of, vector_field, wanted_pairs
 from ..setup.schedule import farthest, last_before, next_after
 from ..step.interval import PathSample, corrected_sample, sample

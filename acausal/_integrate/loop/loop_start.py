@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..._declare.past import Past
+from ..._declare.history import Past
 from ..._equinox_private import while_loop
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System

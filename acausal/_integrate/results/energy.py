@@ -14,7 +14,7 @@ from ..._declare.node import Node
 from ..._errors import unknown_part
 from ..._extras import Axes
 from ..._numbers import Numbers, Scalar
-from ..._reduce.connections import children
+from ..._reduce.flatten import children
 from .over_run import OverRun
 from .trajectories import over_batch
 

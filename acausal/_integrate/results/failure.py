@@ -18,8 +18,7 @@ from ..._evaluate.diagnosis import block_of, first_not_finite, without_storage
 from ..._evaluate.initial import checked_names
 from ..._evaluate.singular import linear_blocks
 from ..._evaluate.system import System
-from ..._reduce.incidence import Pair
-from ..._reduce.ranges import requirements
+from ..._reduce.incidence import Pair, requirements
 from ..._reduce.tear import Torn
 from ..._tracing import known
 from ..setup.field import values_of

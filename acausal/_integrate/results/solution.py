@@ -19,7 +19,7 @@ from jaxtyping import PyTree
 from ..._declare.array import deepened
 from ..._declare.by_name import parameters
 from ..._declare.component import Component
-from ..._declare.converters import as_parameter
+from ..._declare.fields import as_parameter
 from ..._declare.tree import as_html, as_text, branch
 from ..._errors import ArgumentError, ModelError, UnknownNameError, listed, suggestion
 from ..._evaluate.starts import Inputs

@@ -10,8 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from ..._declare.converters import as_parameter
-from ..._declare.past import Past
+from ..._declare.fields import as_parameter
+from ..._declare.history import Past
 from ..._errors import ModelError, suggestion
 from ..._evaluate.system import System
 from ..._numbers import Numbers, Truth

@@ -7,7 +7,7 @@ import diffrax
 import jax
 from jax import Array
 
-from ..._declare.past import Past
+from ..._declare.history import Past
 from ..._evaluate.observe import pairs_of
 from ..._evaluate.system import System
 from ..._numbers import Numbers

@@ -29,9 +29,9 @@ from ..._jax_private import (
     jaxpr_as_fun,
 )
 from ..._numbers import Numbers
-from ..._reduce.bounds import check_bounds
 from ..._reduce.flat_model import FlatModel
 from ..._reduce.jaxpr import assembled, is_floating, structs
+from ..._reduce.traced import check_bounds
 
 
 @dataclasses.dataclass(frozen=True)

@@ -8,8 +8,8 @@ import numpy as np
 from jax import Array
 
 from ..._declare.component import Component
+from ..._declare.history import Past, past_of, with_past
 from ..._declare.layout import complete_leaves, with_leaves
-from ..._declare.past import Past, past_of, with_past
 from ..._evaluate.building import check_structure, system_of
 from ..._evaluate.given_unknowns import given_unknowns, leaves_of_unknowns
 from ..._evaluate.initial import given_pairs, has_modes, is_plain

@@ -11,7 +11,7 @@ from ..._errors import SimulationError, listed
 from ..._evaluate.constraints import CLOSE
 from ..._evaluate.initial import constrained_names
 from ..._numbers import Numbers
-from ..._reduce.ranges import ranges_of, requirements
+from ..._reduce.incidence import ranges_of, requirements
 from .problem import Problem
 from .search import RANK, NearestPoint
 from .start_search import Outcome

@@ -12,8 +12,8 @@ from jaxtyping import PyTree
 
 from ..._evaluate.system import System
 from ..._numbers import Numbers
+from ..._reduce.event_indicators import edges
 from ..._reduce.jaxpr import slice_output
-from ..._reduce.logic import edges
 from ..events.changes import with_discrete
 from ..events.followed import with_follows
 from ..events.rounds import TOGETHER, first_of, most_rounds, repeated

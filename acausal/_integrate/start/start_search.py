@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
-from ..._declare.past import Past
+from ..._declare.history import Past
 from ..._evaluate.chained_starts import ChainedStarts
 from ..._evaluate.constraints import CLOSE, placed
 from ..._evaluate.initial import given_pairs, start_point

@@ -16,7 +16,7 @@ from ..._errors import ModelError, suggestion
 from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
-from ..._reduce.nominal import nominal_size
+from ..._reduce.incidence import nominal_size
 from ..setup.field import RunArgs
 
 

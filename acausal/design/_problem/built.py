@@ -8,8 +8,8 @@ from typing import Any
 import jax
 import numpy as np
 
+from ..._declare.by_name import arguments_of, with_arguments
 from ..._declare.component import Component
-from ..._declare.constructed import arguments_of, with_arguments
 from ..._declare.fields import join
 from ..._declare.node import Node, leaves_of, nodes_of
 from ..._errors import ModelError
