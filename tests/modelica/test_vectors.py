@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from acausal import ModelError, SimulationError, replace, simulate
+from acausal import ModelError, SimulationError, replace, simulate, structure
 from acausal.modelica import load
 
 TEXT = """
@@ -65,6 +65,28 @@ def test_an_element_out_of_bounds_is_not_a_number() -> None:
     assert np.isclose(simulate(model, 1.0, save="end")["y"][-1], 8.0)
     with pytest.raises(SimulationError, match="not a number"):
         simulate(replace(model, {"late": 0.5}), 1.0)
+
+
+def test_an_element_depends_on_no_other() -> None:
+    """The first element of {x, der(u)} is x, so that the equations form no loop."""
+    text = """
+    model M
+      function first
+        input Real v[2, 2];
+        output Real y;
+      algorithm
+        y := v[1, 1];
+      end first;
+      Real x(start = 1, fixed = true), rate, u;
+    equation
+      rate = der(x);
+      u = first({{x, rate}, {rate, rate}});
+      der(x) = -u;
+    end M;
+    """
+    model = load(text, "M")
+    assert "none of them simultaneous" in str(structure(model))
+    assert simulate(model, 1.0, save="end", rtol=1e-8)["x"][-1] == pytest.approx(np.exp(-1.0))
 
 
 @pytest.mark.parametrize("equation", ["x = {time, 2};", "x = time;", "x = {{i * j for i in 1:2} for j in 1:3};"])

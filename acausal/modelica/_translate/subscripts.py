@@ -11,12 +11,13 @@ from .values import Value, is_known, plain
 
 def elements(value: Value, index: tuple[Any, ...]) -> Value:
     """The elements of an array at an index: a position or an array of positions, or a slice, for each axis."""
-    if any(isinstance(item, jax.Array) for item in index):
-        value = jnp.asarray(value)
-    index = by_axes(index, np.shape(value))
-    if isinstance(value, jax.Array) and value.dtype == float:
+    if all(not isinstance(item, jax.Array) for item in index):
+        return plain(value[by_axes(index, np.shape(value))])  # of a traced array, a slice: it reads no other element
+    value = jnp.asarray(value)
+    index = by_axes(index, value.shape)
+    if value.dtype == float:
         return value.at[index].get(mode="fill", fill_value=jnp.nan, wrap_negative_indices=False)
-    return plain(value[index])
+    return value[index]
 
 
 def by_axes(index: tuple[Any, ...], shape: tuple[int, ...]) -> tuple[Any, ...]:
