@@ -122,7 +122,7 @@ from ._errors import (
     UnknownNameError,
     UnknownPartError,
 )
-from ._evaluate.choose_states import choose_states
+from ._evaluate.building import choose_states
 from ._evaluate.system import System
 from ._integrate.events.turns import Peak
 from ._integrate.results.energy import EnergyAccount

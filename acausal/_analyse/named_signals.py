@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from .._errors import ModelError, suggestion
-from .._evaluate.packing import ModelParameters
+from .._evaluate.groups import ModelParameters
 from .._evaluate.system import System
 from .._integrate.setup.expressions import unit_of_expression
 from .._integrate.setup.options import names_of

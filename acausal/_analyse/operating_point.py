@@ -16,10 +16,10 @@ from .._declare.history import Past, past_of
 from .._declare.layout import complete_leaves
 from .._errors import ModelError, SimulationError
 from .._evaluate.building import check_structure
+from .._evaluate.groups import ModelParameters
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.invariants import missed_invariants
 from .._evaluate.observe import observe
-from .._evaluate.packing import ModelParameters
 from .._evaluate.starts import Inputs
 from .._evaluate.system import System
 from .._integrate.loop.loop_start import event_start, why_ended

@@ -11,8 +11,7 @@ from jax import Array
 
 from .._reduce.flat_model import FlatModel
 from .._reduce.incidence import Pair
-from .groups import Guess
-from .packing import slot_values
+from .groups import Guess, slot_values
 from .plan import Plan
 from .starts import Inputs
 

@@ -1,9 +1,9 @@
-"""Constraints on the states: consistent start values, and the projection of a run."""
+"""Constraints on the states, by connected sets: consistent start values, and the projection of a run."""
 
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import jax
 import jax.numpy as jnp
@@ -13,14 +13,16 @@ from jaxtyping import Array, Float, PyTree
 from .._jax_private import INLINE
 from .._linear_solver import least_squares
 from .._numbers import Numbers
+from .._reduce.graph import sharing
 from .._reduce.incidence import Pair
+from .._reduce.sort import Sorted, Steps, chain
+from .._reduce.states import nominal_of
 from .blocks import Known, residuals
-from .groups import Group, Segments, over_members
+from .groups import Group, ModelParameters, Segments, over_members
 from .implicit import Function, Inverse, nearest, refined, valued_slopes
 from .once import once
-from .packing import ModelParameters
 from .plan import Plan
-from .program import Program
+from .program import Program, chained_program_of
 from .roots import row_scale
 
 SWEEPS = 2  # steps of simplified Newton; each multiplies the error by about the first error
@@ -219,3 +221,76 @@ def _of_members(
 def _residuals(program: Program, values: list[Array], params: list[Array], t: Numbers) -> Array:
     """The residuals of a program as one flat vector. Traced once for all calls."""
     return once(lambda: jnp.concatenate([jnp.ravel(x) for x in residuals(program, Known(params, values, t))]))
+
+
+def all_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constraints:
+    """All constraints, in all variables below their highest derivatives."""
+    return _made(ordered, plan, kinds, [([], rows) for rows in _connected(ordered)], ordered.constrained)
+
+
+def invariants_of(ordered: Sorted, plan: Plan, kinds: dict[int, int]) -> Constraints:
+    """The connected sets of constraints with an invariant, onto which a run is projected, in the states."""
+    sets = [rows for rows in _connected(ordered) if not ordered.invariants.isdisjoint(rows)]
+    return _chained(ordered, plan, kinds, sets, ordered.states)
+
+
+def remaining_constraints(ordered: Sorted, plan: Plan, kinds: dict[int, int], given: Sequence[Pair]) -> Constraints:
+    """The constraints that remain at a start with `given` pairs, in these pairs and the states."""
+    return _chained(ordered, plan, kinds, _connected(ordered), given, ordered.states)
+
+
+def _chained(
+    ordered: Sorted, plan: Plan, kinds: dict[int, int], sets: list[list[int]], *known: Sequence[Pair]
+) -> Constraints:
+    """Constraints in the known pairs. Dependent variables that follow from them one by one are eliminated, so the
+    matrices are small.
+    """
+    chains = [chain(ordered, rows, *known) for rows in sets]
+    rest = [(steps, _without(rows, steps)) for steps, rows in zip(chains, sets, strict=True)]
+    return _made(ordered, plan, kinds, [(steps, rows) for steps, rows in rest if rows], None)
+
+
+def _made(
+    ordered: Sorted, plan: Plan, kinds: dict[int, int], sets: list[tuple[Steps, list[int]]], pairs: list[Pair] | None
+) -> Constraints:
+    """Sets of constraints, each with the steps that determine dependent variables. The variables are those that the
+    constraints read, unless all `pairs` are wanted.
+    """
+    uses = [chained_program_of(ordered, steps, rows, kinds) for steps, rows in sets]
+    if pairs is None:
+        used = {pair for use in uses for pair in use.values}
+        pairs = [pair for pair in ordered.constrained if pair in used]
+    own = Plan([], pairs, plan.shapes)
+    counts = [plan.size(v) for v, _ in pairs]
+    sizes = np.repeat([nominal_of(ordered.table, pair) for pair in pairs], counts)
+    first = dict(zip(pairs, np.cumsum([0, *counts]).tolist(), strict=False))
+    places, ours = [np.zeros(0, int)], [np.zeros(0, int)]
+    for pair, start in zip(ordered.states, plan.starts.tolist(), strict=False):
+        if pair in first:
+            elements = np.arange(plan.size(pair[0]))
+            places.append(first[pair] + elements)
+            ours.append(start + elements)
+    groups = own.residual_groups(uses)
+    rows_of = {id(use): rows for use, (_, rows) in zip(uses, sets, strict=True)}
+    names = [name for group in groups for use in group.uses for name in _names(ordered, rows_of[id(use)])]
+    return Constraints(list(pairs), own, groups, names, sizes, np.concatenate(places), np.concatenate(ours))
+
+
+def _without(rows: list[int], steps: Steps) -> list[int]:
+    done = {row for row, _ in steps}
+    return [row for row in rows if row not in done]
+
+
+def _names(ordered: Sorted, rows: list[int]) -> list[str]:
+    """The name of the equation of each element of the residuals."""
+    table = ordered.table
+    sizes = [math.prod(table.place(row)[0].template.shape) for row in rows]
+    return [table.row_name(row) for row, size in zip(rows, sizes, strict=True) for _ in range(size)]
+
+
+def _connected(ordered: Sorted) -> list[list[int]]:
+    """Sets of constraints that share variables."""
+    table = ordered.table
+    chosen = np.isin(table.row, ordered.constraints)
+    pair = table.variable[chosen] * 16 + table.order[chosen]
+    return sharing(ordered.constraints, table.row[chosen], pair)[0]

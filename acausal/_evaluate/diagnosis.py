@@ -1,14 +1,76 @@
-"""Search for the unknown that caused a failure, for messages."""
+"""Causes of failures: linear blocks that are singular up to rounding, and the unknown that belongs to a failure."""
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jaxtyping import PyTree
 
 from .._numbers import Numbers
 from .._reduce.aliases import ZERO
 from .._reduce.incidence import Pair
 from .._reduce.tear import Torn
+from .affine import Value
+from .blocks import tear_matrix
+from .groups import Group, ModelParameters, Segments, SlotValues, over_members
+from .once import once
 from .starts import Inputs
 from .system import System
+
+CHANGE = 1e-6  # relative perturbation of the inputs of a determinant
+GROWTH = 1e7  # growth of a determinant by the perturbation above which it counts as zero
+GOLDEN = 0.5 * (5.0**0.5 - 1.0)
+
+
+def singular_blocks(system: System, store: Segments, inputs: Inputs) -> list[Array]:
+    """For each linear block, in the order of `linear_blocks`, whether it is singular up to rounding.
+
+    If coefficients cancel, as in 0.3 - 0.1 * 3.0, a rounding error remains instead of zero, and no NaN appears. But the
+    determinant is then much smaller than after a small perturbation of its inputs.
+    """
+    groups = _linear_groups(system)
+    slots = {key: inputs.params.slots[key] for group in groups for key in group.program.params}
+    segments = {segment: store.segments[segment] for group in groups for segment in group.depends}
+
+    def matrices(slots: dict[tuple[int, int], SlotValues], segments: dict[int, Value]) -> list[Array]:
+        params, values = ModelParameters(slots), Segments(store.time, segments)
+        return [
+            over_members(group, values, params, lambda known, _, g=group: tear_matrix(g.program, known), [])
+            for group in groups
+        ]
+
+    numbers = _plain_and_changed((slots, segments))
+    found = jax.vmap(lambda numbers: once(lambda: matrices(*numbers)), axis_size=2)(numbers) if groups else []
+    sizes = map(_log_determinant, found)
+    return [jnp.any(changed - plain > np.log(GROWTH), axis=1) for plain, changed in sizes]
+
+
+def linear_blocks(system: System) -> list[Pair]:
+    """The first unknown of each linear block."""
+    return [use.gives[0] for group in _linear_groups(system) for use in group.uses]
+
+
+def _linear_groups(system: System) -> list[Group]:
+    return [group for group in system.plan.groups if group.program.method == "linear"]
+
+
+def _plain_and_changed(numbers: PyTree) -> PyTree:
+    """The numbers, stacked with perturbed ones. The perturbations differ, so that they do not cancel."""
+    leaves, structure = jax.tree.flatten(numbers)
+    starts = np.cumsum([1, *map(np.size, leaves)]).tolist()
+
+    def both(x: Numbers, start: int) -> Numbers:
+        share = ((start + np.arange(np.size(x))) * GOLDEN % 1.0).reshape(np.shape(x))
+        return np.stack([np.ones(share.shape), 1.0 + CHANGE * share]) * x
+
+    return structure.unflatten(map(both, leaves, starts))
+
+
+def _log_determinant(matrices: Array) -> Array:
+    """The logarithm of determinants, since that of a large matrix may overflow or underflow."""
+    if matrices.shape[-1] == 1:
+        return jnp.log(jnp.abs(matrices[..., 0, 0]))
+    return jnp.linalg.slogdet(matrices)[1]
 
 
 def first_not_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Pair | None:

@@ -13,7 +13,7 @@ from .._reduce.aliases import TIME, ZERO, Family, Merged
 from .._reduce.flat_model import FlatModel
 from .._reduce.jaxpr_instants import Instants, Knowledge, instants
 from .._reduce.template import Input
-from .packing import ModelParameters
+from .groups import ModelParameters
 
 _UNKNOWN = -9  # a node without a value known in advance
 

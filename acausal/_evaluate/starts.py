@@ -15,8 +15,7 @@ from .._numbers import Numbers
 from .._reduce.aliases import Merged
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence, Pair
-from .groups import Guess
-from .packing import ModelParameters
+from .groups import Guess, ModelParameters
 from .plan import Plan
 
 

@@ -3,6 +3,7 @@
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -10,6 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from .._declare.component import Component
+from .._errors import ModelError, listed
 from .._numbers import Numbers, Truth
 from .._reduce.aliases import TIME, ZERO, Merged
 from .._reduce.flat_model import FlatModel
@@ -19,19 +21,16 @@ from .._reduce.sort import Sorted
 from .._reduce.states import Chosen, nominal_of
 from .._reduce.tear import Torn
 from .carried import Carried
-from .constraint_sets import all_constraints, invariants_of
-from .constraints import Constraints
+from .constraints import Constraints, all_constraints, invariants_of
 from .equation_instants import EquationInstants, equation_instants
 from .event_set import EventSet
 from .events import events_of, time_leaves
 from .groups import Group, Guess, Segments, group_residuals
 from .initial_equations import InitialEquations, initial_equations_of
-from .intake import Intake
-from .model_requirements import ModelRequirements
+from .intake import Intake, ModelRequirements
 from .plan import Plan
 from .program import residual_program_of
 from .starts import Inputs, PairStarts, Starts
-from .stored import declared_by, read
 
 
 @dataclasses.dataclass(eq=False, repr=False)
@@ -280,3 +279,28 @@ class System:
         return [
             pair for pair, place in places.items() if place.segment and place.segment not in read and self._ranges(pair)
         ]
+
+
+Declared = tuple[tuple[Any, ...], ...]
+
+
+def declared_by(flat: FlatModel) -> Declared:
+    """The declarations of the numbers of a model, in order."""
+    return tuple((leaf.path, leaf.declaration.role, leaf.declaration.unit, leaf.sizes) for leaf in flat.leaves)
+
+
+def read(made: tuple[Any, tuple[Any, ...]], declared: Declared) -> Any:
+    """The system rebuilt by a function from its arguments, if its classes still declare the same.
+
+    Raises `ModelError` if they do not: the numbers stored with a system would be misinterpreted.
+    """
+    make, arguments = made
+    system = make(*arguments)
+    now = declared_by(system.flat)
+    if now == declared:
+        return system
+    others = sorted({path for path, *_ in set(now) ^ set(declared)})
+    what = (
+        f"declare other parameters or variables, or other units: {listed(others)}" if others else "order them otherwise"
+    )
+    raise ModelError(f"The classes of {system.name} have changed since it was stored, and {what}.")

@@ -1,5 +1,6 @@
-"""Conditions as logical expressions of relations, and their evaluation by one circuit on arrays. The event indicator of a
-relation is positive if it is true.
+"""Conditions as logical expressions of relations, and their evaluation by one circuit on arrays.
+
+The event indicator of a relation is positive if the relation is true.
 """
 
 import dataclasses

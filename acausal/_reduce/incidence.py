@@ -1,4 +1,4 @@
-"""Incidence table of the remaining equations: variables with nominal sizes and ranges, derivative orders, coefficients."""
+"""Incidence table of the remaining equations: variables with nominal sizes and ranges, orders and coefficients."""
 
 import dataclasses
 import functools as ft

@@ -1,4 +1,4 @@
-"""Structural solvability, exact linear dependence, and index reduction: the number of differentiations of each equation."""
+"""Structural solvability, linear dependence, and index reduction: the number of differentiations of each equation."""
 
 import dataclasses
 import heapq

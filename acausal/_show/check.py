@@ -23,9 +23,8 @@ from .._declare.node import check_is_node, nodes_of
 from .._declare.node_requirements import broken
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
-from .._evaluate.diagnosis import first_not_finite
+from .._evaluate.diagnosis import first_not_finite, linear_blocks, singular_blocks
 from .._evaluate.initial import checked_names, initial_state
-from .._evaluate.singular import linear_blocks, singular_blocks
 from .._evaluate.system import System
 from .._indices import joined
 from .._integrate.results.failure import about_block, about_range

@@ -9,8 +9,7 @@ import pytest
 from _mechanisms import Pendulum, PointOnRod
 
 from acausal import Equations, Scalar, SimulationError, Var, choose_states, eq, simulate
-from acausal._evaluate.chained_starts import ChainedStarts
-from acausal._evaluate.initial import given_pairs, initial_state
+from acausal._evaluate.initial import ChainedStarts, given_pairs, initial_state
 from acausal._evaluate.system import System
 
 

@@ -18,8 +18,8 @@ from acausal import ArgumentError, Component, ParameterError, UnknownNameError, 
 from acausal._declare.layout import complete_leaves, rebuilt
 from acausal._declare.node import Node, leaves_of, nodes_of
 from acausal._declare.node_requirements import broken
-from acausal._evaluate.model_requirements import ModelRequirements
-from acausal._evaluate.packing import ModelParameters, slot_values
+from acausal._evaluate.groups import ModelParameters, slot_values
+from acausal._evaluate.intake import ModelRequirements
 from acausal._indices import joined
 from acausal._reduce.flatten import flatten
 

@@ -10,7 +10,7 @@ from jaxtyping import ArrayLike
 
 from ..._errors import listed
 from ..._evaluate.event_set import EventEntry
-from ..._evaluate.packing import ModelParameters
+from ..._evaluate.groups import ModelParameters
 from ..._reduce.jumps import JumpWarning
 from ..._tracing import are_traced, is_traced, known
 from ..setup.schedule import last_before, tick

@@ -8,8 +8,8 @@ import numpy as np
 from jax import Array
 
 from ..._compiled_once import compiled_once
-from ..._evaluate.packing import ModelParameters
-from ..._evaluate.singular import singular_blocks
+from ..._evaluate.diagnosis import singular_blocks
+from ..._evaluate.groups import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._indices import first_true
 from ..._numbers import Truth

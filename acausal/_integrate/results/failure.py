@@ -14,9 +14,8 @@ from jax import Array
 
 from ..._equinox_private import members_of
 from ..._errors import ModelError, ParameterError, SimulationError
-from ..._evaluate.diagnosis import block_of, first_not_finite, without_storage
+from ..._evaluate.diagnosis import block_of, first_not_finite, linear_blocks, without_storage
 from ..._evaluate.initial import checked_names
-from ..._evaluate.singular import linear_blocks
 from ..._evaluate.system import System
 from ..._reduce.incidence import Pair, requirements
 from ..._reduce.tear import Torn

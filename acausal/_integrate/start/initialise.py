@@ -11,9 +11,8 @@ from ..._declare.component import Component
 from ..._declare.history import Past, past_of, with_past
 from ..._declare.layout import complete_leaves, with_leaves
 from ..._evaluate.building import check_structure, system_of
-from ..._evaluate.given_unknowns import given_unknowns, leaves_of_unknowns
-from ..._evaluate.initial import given_pairs, has_modes, is_plain
-from ..._evaluate.packing import ModelParameters
+from ..._evaluate.groups import ModelParameters
+from ..._evaluate.initial import given_pairs, given_unknowns, has_modes, is_plain, leaves_of_unknowns
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers

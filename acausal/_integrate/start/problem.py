@@ -13,10 +13,9 @@ from jaxtyping import PyTree
 
 from ..._declare.component import Equation
 from ..._errors import ModelError, suggestion
-from ..._evaluate.given_unknowns import given_unknowns, lack_of_given
-from ..._evaluate.initial import given_pairs, pair_names
+from ..._evaluate.groups import ModelParameters
+from ..._evaluate.initial import given_pairs, given_unknowns, lack_of_given, pair_names
 from ..._evaluate.observe import observe_with_rates
-from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers

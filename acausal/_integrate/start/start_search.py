@@ -12,11 +12,10 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._declare.history import Past
-from ..._evaluate.chained_starts import ChainedStarts
 from ..._evaluate.constraints import CLOSE, placed
-from ..._evaluate.initial import given_pairs, start_point
+from ..._evaluate.groups import ModelParameters
+from ..._evaluate.initial import ChainedStarts, given_pairs, start_point
 from ..._evaluate.observe import observe
-from ..._evaluate.packing import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._indices import joined
 from ..._numbers import Numbers

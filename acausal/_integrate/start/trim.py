@@ -13,7 +13,7 @@ from jax import Array
 from ..._declare.component import Component
 from ..._declare.node import Leaf, leaves_of
 from ..._errors import ModelError, suggestion
-from ..._evaluate.packing import ModelParameters
+from ..._evaluate.groups import ModelParameters
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._reduce.incidence import nominal_size

@@ -16,7 +16,7 @@ from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
 from ..._errors import ModelError
-from ..._evaluate.model_requirements import are_met, in_range
+from ..._evaluate.intake import are_met, in_range
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
