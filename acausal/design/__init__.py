@@ -6,40 +6,35 @@ Each room imports only from those before it: `_problem`, `_certificate`, `_compu
 
 from .._errors import DesignWarning
 from .._units.display import Scale
-from ._certificate.curvature import Curvature
+from ._certificate.second_order import Curvature
 from ._choose.alternatives import Alternatives, CatalogueVariables, DesignSpace
 from ._choose.choice import Choice
 from ._choose.choose import choose
 from ._control.control import control
 from ._control.course import Course
-from ._explore.explore import explore
 from ._explore.explored import Explored, ExploredResult
-from ._explore.explorer import Explorer
+from ._explore.explorer import Explorer, explore
 from ._explore.served import App, serve
 from ._identify.entries import Channel, Combination, End
+from ._identify.estimate import ResidualTest
 from ._identify.experiment import Experiment, Run
-from ._identify.fit import Fit
+from ._identify.fit import Fit, Profile
 from ._identify.identify import identify
-from ._identify.profile import Profile
-from ._identify.residual_tests import ResidualTest
 from ._optimise.design import Design
 from ._optimise.entries import Active, LimitedResult, Tried
 from ._optimise.optimise import optimise
 from ._optimise.pareto import Front, pareto
-from ._problem.built import Built
 from ._problem.distributions import Normal, Samples, Triangular, Uniform
-from ._problem.free import Free, Place, Variable
+from ._problem.free import Built, Free, Place, Variable
 from ._problem.free_parameters import free_parameters
 from ._problem.limits import Limit, Objective
 from ._sensitivity.hessian import Hessian
 from ._sensitivity.hessian import hessian as hessian
-from ._sensitivity.sensitivities import sensitivities
-from ._sensitivity.table import SensitivityRow, SensitivityTable
+from ._sensitivity.sensitivities import SensitivityRow, SensitivityTable, sensitivities
 from ._sweep.batches import Outcomes
 from ._sweep.sweep import Sample, sweep
-from ._tolerance.percentile import percentile_of
-from ._tolerance.sobol_indices import Indices
-from ._tolerance.spread import Cause, Spread, Spreads, Yield
+from ._tolerance.joint import percentile_of
+from ._tolerance.spread import Cause, Indices, Spread, Spreads, Yield
 from ._tolerance.tolerance import Members, Tolerance
 from ._tolerance.worst import Worst
 from ._train.train import Training, train

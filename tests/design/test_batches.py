@@ -15,8 +15,7 @@ from scipy.stats import norm
 
 from acausal import Component, Discrete, Equations, Events, Param, Scalar, Var, eq, simulate, when
 from acausal.design import Samples, Tolerance, Uniform, choose, sweep
-from acausal.design._compute.bar import Bar
-from acausal.design._compute.cores import on_all_cores
+from acausal.design._compute.cores import Bar, on_all_cores
 
 pytestmark = pytest.mark.usefixtures("interruptible")
 

@@ -17,9 +17,8 @@ from acausal import Component, Connections, ModelError, ParameterError, connect,
 from acausal._progress import COMPILING
 from acausal.design import Explorer, explore, optimise, serve
 from acausal.design._explore import served
-from acausal.design._explore.charts import charts
-from acausal.design._explore.html import table
-from acausal.design._explore.sliders import positions
+from acausal.design._explore.explorer import table
+from acausal.design._explore.face import charts, positions
 from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor
 from components.rotational import Cam, EccentricDisc
 

@@ -22,8 +22,8 @@ from acausal import (
     simulate,
 )
 from acausal.design import Experiment, Fit, Normal, identify
+from acausal.design._identify.estimate import _whiteness
 from acausal.design._identify.prepare import prepared
-from acausal.design._identify.residual_tests import _whiteness
 from studies.actuators import ema_maxon
 
 TIMES = np.linspace(0.05, 1.5, 30)

@@ -66,10 +66,10 @@ def test_first_designs_that_fail_alike_end_a_search(monkeypatch: pytest.MonkeyPa
 @pytest.mark.thorough
 def test_first_starts_of_a_fit_that_fail_end_it(monkeypatch: pytest.MonkeyPatch) -> None:
     found: list[int] = []
-    from acausal.design._identify import levenberg_marquardt
+    from acausal.design._identify import least_squares
 
-    solve = levenberg_marquardt.solved
-    monkeypatch.setattr(levenberg_marquardt, "solved", lambda *work: (found.append(1), solve(*work))[1])
+    solve = least_squares.solved
+    monkeypatch.setattr(least_squares, "solved", lambda *work: (found.append(1), solve(*work))[1])
     experiment = Experiment(lambda m: {"a": m.x * jnp.nan}, {"a": 0.0}, {"a": 1.0})
     message = r"^experiment 1: a is nan\. The fit cannot start with x = 1500 mm, nor from 63 other points"
     with pytest.raises(SimulationError, match=message):

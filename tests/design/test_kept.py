@@ -13,7 +13,7 @@ from acausal import Component, Param, ParameterError, Requirements, Scalar, posi
 from acausal.design import Design, DesignWarning, Tolerance, Uniform, choose, optimise, pareto, sweep, train
 from acausal.design._compute.evaluator import Evaluator
 from acausal.design._sweep.batches import Batch
-from acausal.design._sweep.store import Store
+from acausal.design._sweep.pieces import Store
 
 RATIO = {"ratio": (2.0, 100.0)}
 

@@ -3,7 +3,7 @@ import jax.numpy as jnp
 import lineax as lx
 import numpy as np
 
-from acausal.design._identify.levenberg_marquardt import Reflections
+from acausal.design._identify.least_squares import Reflections
 
 
 def test_least_squares_are_those_of_numpy():

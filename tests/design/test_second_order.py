@@ -13,9 +13,8 @@ from test_control import THERE, cart, lines, steps
 
 from acausal import Component, Param, Scalar
 from acausal.design import Curvature, Design, Experiment, control, identify, optimise, pareto
-from acausal.design._certificate.curvature import curvature_of
 from acausal.design._certificate.first_order import Point, multipliers_of
-from acausal.design._certificate.second_order import quadratic_of
+from acausal.design._certificate.second_order import curvature_of, quadratic_of
 from acausal.design._optimise.descent import descended, polished
 from acausal.design._optimise.solve import solve
 

@@ -15,8 +15,7 @@ from ..._errors import ModelError, ParameterError
 from ..._numbers import Scalar
 from .._problem.free import Free
 from .._problem.free_parameters import free_parameters
-from .._problem.parse import number_in
-from .._problem.types import Function, Key
+from .._problem.types import Function, Key, number_in
 from .._sweep.sweep import MOST, listed
 
 M = TypeVar("M", bound=Component)

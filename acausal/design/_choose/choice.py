@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int
 from ..._analyse.table import aligned
 from ..._declare.component import Component
 from ..._errors import ModelError
-from ..._extras import Axes
+from ..._extras import Axes, given_or_new
 from .._optimise.design import Design
 from .._optimise.optimise import optimise
 from .._problem.limits import Limit, Objective
@@ -152,7 +152,6 @@ class Choice(Generic[M]):
 
         `beside` adds a `Design` or values of the objectives for comparison, or several of these by name.
         """
-        from .choice_plots import plot_choice
 
         named = beside if isinstance(beside, Mapping) else {} if beside is None else {"continuous optimum": beside}
         values = {
@@ -179,3 +178,32 @@ class Choice(Generic[M]):
 
     def _shown(self, i: int) -> list[str]:
         return [f"{o.scale.value(value):.5g}" for o, value in zip(self.objectives, self.values[i], strict=True)]
+
+
+def plot_choice(choice: Choice, ax: Axes | None, beside: dict[str, np.ndarray]) -> Axes:
+    """Feasible combinations over two objectives with the front, or ranked by one, with the objectives `beside`."""
+    ax = given_or_new(ax, 6.5, 4.2)
+    first, second = choice.objectives[0], choice.objectives[1] if len(choice.objectives) > 1 else None
+    order = np.array(choice.order, int)
+    ranks = np.arange(1, len(order) + 1)
+    for number, structure in enumerate(choice.structures):
+        own = choice.places[order, 0] == number
+        x = first.scale.value(choice.values[order[own], 0])
+        y = ranks[own] if second is None else second.scale.value(choice.values[order[own], 1])
+        label = ", ".join(filter(None, [structure.name, "feasible"]))
+        ax.plot(x, y, ".", color=f"C{number + 2}" if structure.name else "0.6", markersize=4, label=label)
+    if second is not None:
+        front = choice.values[choice.front]
+        places = first.scale.value(front[:, 0]), second.scale.value(front[:, 1])
+        ax.plot(*places, "o-", color="tab:blue", markerfacecolor="none", zorder=1, label="front")
+    for (name, values), style in zip(beside.items(), ("-", "--", ":", "-.") * len(beside), strict=False):
+        if second is not None and len(values) > 1:
+            ax.plot(*(o.scale.value(value) for o, value in zip((first, second), values, strict=False)), "*",
+                    color="tab:orange", markersize=11, label=name)  # fmt: skip
+        else:
+            ax.axvline(first.scale.value(values[0]), color="tab:orange", ls=style, label=name)
+    ax.set_xlabel(first.scale.headed(first.name))
+    ax.set_ylabel("rank" if second is None else second.scale.headed(second.name))
+    ax.legend(frameon=False, fontsize="small")
+    ax.grid(alpha=0.3)
+    return ax

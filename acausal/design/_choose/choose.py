@@ -12,8 +12,7 @@ from ..._errors import ModelError, SimulationError, suggestion
 from .._problem.limits import Objective, limits_of, objectives_of
 from .._problem.types import Executor, Function
 from .._sweep.batches import COMPUTED, Batch, Outcomes, code_names, message_of
-from .._sweep.pieces import compile_together, evaluated
-from .._sweep.store import store_of
+from .._sweep.pieces import compile_together, evaluated, store_of
 from .._sweep.sweep import chunk_of
 from .alternatives import DesignSpace, design_space, on_pair, run_of_pair
 from .choice import Choice, ChoiceProblem

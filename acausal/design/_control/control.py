@@ -21,8 +21,7 @@ from .._optimise.optimise import optimise
 from .._optimise.solve import Method
 from .._problem.free_parameters import free_parameters
 from .._problem.limits import Objective, limits_of, objectives_of
-from .._problem.parse import number_in
-from .._problem.types import ByPath, Function, Key
+from .._problem.types import ByPath, Function, Key, number_in
 from .course import GAPS, LEAST_WHOLE, PLANT, WHOLE, Course, course_of
 from .horizon import Horizon, Runs, Shooting, nodes_of
 

@@ -1,19 +1,113 @@
-"""Widgets of the app."""
+"""Widgets of the app: sliders, tables, and charts of curves as specifications of Vega-Lite, which a browser draws."""
 
 import io
-from collections.abc import Mapping, Sequence
+import json
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from typing import Any
 
 import marimo as mo
+import numpy as np
 
 from ..._errors import AcausalError
+from ..._integrate.results.columns import Column
 from .._problem.free import Free
-from .charts import charts
 from .explored import Explored
-from .explorer import Explorer
-from .html import table
-from .sliders import positions
+from .explorer import Explorer, table
+
+COUNT = 101  # positions between the bounds
+
+
+def positions(free: Free, x: Sequence[float]) -> list[dict[float, float]]:
+    """The positions of the slider of each parameter: numbers as shown, and the values in the declared unit.
+
+    They lie between the bounds, evenly or logarithmically spaced like the scaled variables, with four digits, and
+    include the bounds and the values `x`.
+    """
+    shares = np.linspace(0.0, 1.0, COUNT)[:, None] * np.ones(len(free.variables))
+    columns = np.asarray([free.unscaled(row) for row in shares]).T
+    found = []
+    for variable, column, value in zip(free.variables, columns, x, strict=True):
+        scale = variable.scale
+        rounded = [float(f"{number:.4g}") for number in scale.value(column).tolist()]
+        made = {number: scale.zero + scale.factor * number for number in rounded}
+        exact = {float(f"{scale.value(one):.7g}"): one for one in (variable.low, variable.high, value)}
+        inside = {number: one for number, one in made.items() if variable.low < one < variable.high}
+        found.append(dict(sorted((inside | exact).items())))
+    return found
+
+
+HEIGHT = 150  # of a panel, in pixels
+IS_START = "datum.design === 'start'"
+
+
+class Chart:
+    """A chart that a notebook shows."""
+
+    def __init__(self, specification: dict[str, Any]) -> None:
+        self.specification = specification
+
+    def _mime_(self) -> tuple[str, str]:
+        """The protocol of marimo."""
+        return "application/vnd.vegalite.v6+json", json.dumps(self.specification)
+
+
+def charts(now: Explored[Any], start: Explored[Any]) -> list[Chart]:
+    """The curves of a design over those of the start, which are dashed; a chart for each unit."""
+    pairs = [(start, "start"), (now, "now")]
+    found = [(explored, design, column) for explored, design in pairs for column in explored._columns]
+    units = list(dict.fromkeys(column.unit for _, _, column in found))
+    end = max((float(np.asarray(explored.solution.ts)[-1]) for explored, _ in pairs if explored.solution), default=0.0)
+    return [
+        _chart(
+            unit,
+            [row for one, design, column in found if column.unit == unit for row in _rows(one, design, column)],
+            end,
+        )
+        for unit in units
+    ]
+
+
+def _rows(explored: Explored[Any], design: str, column: Column) -> Iterator[dict[str, Any]]:
+    """The points of a curve in order; an array variable has one curve for each element."""
+    assert explored.solution is not None
+    times = np.asarray(explored.solution.ts).tolist()
+    for place in np.ndindex(column.values.shape[1:]):
+        name = column.label + (f"[{', '.join(map(str, place))}]" if place else "")
+        for time, value in zip(times, column.values[(slice(None), *place)].tolist(), strict=True):
+            yield {"t": time, "y": value, "curve": name, "design": design}
+
+
+def _chart(unit: str, rows: Sequence[dict[str, Any]], end: float) -> Chart:
+    names = list(dict.fromkeys(row["curve"] for row in rows))
+    head = f"{names[0]} " if len(names) == 1 else ""
+    colour = {
+        "field": "curve",
+        "type": "nominal",
+        "title": None,
+        "legend": {"orient": "top"} if len(names) > 1 else None,
+    }
+    dash = {"condition": {"test": IS_START, "value": [4, 4]}, "value": [1, 0]}
+    return Chart(
+        {
+            "$schema": "https://vega.github.io/schema/vega-lite/v6.json",
+            "width": "container", "height": HEIGHT, "data": {"values": list(rows)}, "mark": {"type": "line"},
+            "encoding": {
+                "x": {
+                    "field": "t", "type": "quantitative", "title": "time [s]", "scale": {"domain": [0.0, end]},
+                    "axis": {"tickCount": 6},
+                },
+                "y": {
+                    "field": "y", "type": "quantitative", "title": f"{head}[{unit}]" if unit else head,
+                    "axis": {"minExtent": 45, "tickCount": 5},
+                },
+                "color": {"condition": {"test": IS_START, "value": "#9a9a9a"}, **colour},
+                "strokeDash": dash,
+                "detail": {"field": "design"},
+                "order": {"value": None},
+            },
+        }
+    )  # fmt: skip
 
 
 def sliders(free: Free, values: Mapping[str, float]) -> list[Any]:

@@ -18,12 +18,9 @@ from .entries import Channel
 from .estimate import RANK
 from .experiment import Experiment, Prepared
 from .fit import Fit
-from .fit_problem import FitProblem, stacked
-from .least_squares import Multistart, least, multistart, starts_between
-from .levenberg_marquardt import Minimum, minimise
-from .loss import Loss, LossName
-from .prepare import Labels, prepared, with_own
-from .start_errors import raise_start
+from .fit_problem import FitProblem, Loss, LossName, stacked
+from .least_squares import Minimum, Multistart, least, minimise, multistart, starts_between
+from .prepare import Labels, prepared, raise_start, with_own
 from .unexplained import unexplained
 
 M = TypeVar("M", bound=Component)

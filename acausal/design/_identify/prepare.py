@@ -1,16 +1,18 @@
-"""Checked experiments as arrays in SI units."""
+"""Checked experiments as arrays in SI units, and errors of fits that cannot be computed at their start values."""
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NoReturn
 
+import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from ..._declare.by_name import replace
 from ..._declare.component import Component
 from ..._declare.node import leaves_of
-from ..._errors import ModelError, ParameterError, UnknownNameError, suggestion
+from ..._errors import ModelError, ParameterError, SimulationError, UnknownNameError, suggestion
 from ..._evaluate.building import system_of
 from ..._numbers import Numbers
 from ..._unit_check.signal_units import unit_of_leaf
@@ -18,8 +20,10 @@ from ..._units.display import Scale, scale_of
 from ..._units.quantity import has_unit, magnitude, quantity
 from .._problem.free import Free, Variable
 from .._problem.free_parameters import free_parameters
-from .._problem.parse import number_in
+from .._problem.types import number_in
+from .entries import Channel
 from .experiment import Experiment, Prepared, Results, Run
+from .fit_problem import FitProblem
 
 
 @dataclasses.dataclass(frozen=True)
@@ -183,3 +187,57 @@ def _sigma(given: Any, unit: str, key: str, name: str, shape: tuple[int, ...]) -
     if not np.all(np.isfinite(sigma) & (sigma > 0.0)):
         raise ParameterError(f"{name}: sigma of {key} must be positive and finite, got {given}.")
     return np.broadcast_to(sigma, shape).copy()
+
+
+def raise_start(
+    problem: FitProblem,
+    free: Free,
+    ready: Sequence[Prepared],
+    labels: Sequence[Labels],
+    channels: Sequence[Channel],
+    starts: int,
+) -> NoReturn:
+    """Raises `SimulationError` with the experiment that cannot be computed at the start, the cause and the remedy."""
+    x = np.array([variable.start for variable in free.variables])
+    others = f", nor from {starts - 1} other points" if starts > 1 else ""
+    where = f"The fit cannot start with {free.text(x)}{others}"
+    remedy = "Start from values with which all experiments can be computed, by replace(model, {...})" + (
+        "." if starts > 1 else ", or pass starts=10 to try points between the bounds, too."
+    )
+    for experiment, label in zip(ready, labels, strict=True):
+        model = experiment.applied(problem.shared_model(x), x)
+        if cause := _cause(experiment, model):
+            raise SimulationError(f"{label.name}: {cause} {where}. {remedy}")
+    raise SimulationError(f"{_derivative(problem, free, channels, x)} {where}. {remedy}")
+
+
+def _cause(experiment: Prepared, model: Component) -> str:
+    """The error of a failed run, or else the first prediction that is not finite; empty if all are finite."""
+    strange = _not_finite(experiment, model)
+    return strange and (experiment.failure(model) or strange)
+
+
+def _not_finite(experiment: Prepared, model: Component) -> str:
+    """The first prediction that is not finite; empty if there is none."""
+    # Compiled as in the fit: outside of `jit`, a failed run has fewer saved values.
+    for name, found in eqx.filter_jit(experiment.predicted)(model).items():
+        values = np.ravel(found)
+        if not np.all(np.isfinite(values)):
+            first = int(np.argmin(np.isfinite(values)))
+            return f"{name} is {values[first]:g}{_when(experiment.times, first)}."
+    return ""
+
+
+def _derivative(problem: FitProblem, free: Free, channels: Sequence[Channel], x: np.ndarray) -> str:
+    """The first derivative of a prediction that is not finite."""
+    jacobian = np.asarray(jax.jit(jax.jacfwd(problem.residuals))(jnp.asarray(problem.free.scaled(x))))
+    for channel in channels:
+        rows, columns = np.nonzero(~np.isfinite(jacobian[channel.rows]))
+        if len(rows):
+            when = _when(channel.times, rows[0])
+            return f"{channel.label}: the derivative with respect to {free.names[columns[0]]}{when} is not finite."
+    return "The residuals are too large. Check the units of the data and sigma."
+
+
+def _when(times: np.ndarray | None, i: int) -> str:
+    return "" if times is None else f" at {times[i]:g} s"

@@ -9,7 +9,7 @@ from .._compute.evaluator import CHANGED
 from .._problem.free import Free
 from .entries import Channel
 from .fit_problem import REFUSED, FitProblem
-from .levenberg_marquardt import Minimum, solved
+from .least_squares import Minimum, solved
 
 
 def unexplained(

@@ -8,13 +8,12 @@ import numpy as np
 
 from ..._declare.layout import determined_names
 from ..._declare.node import leaves_of
-from .._certificate.curvature import UNKNOWN, Curvature, curvature_of
 from .._certificate.first_order import OPTIMAL, Multipliers, ambiguous, multipliers_of, residual, unmoved, unqualified
-from .._certificate.second_order import quadratic_of
+from .._certificate.second_order import UNKNOWN, Curvature, curvature_of, quadratic_of
 from .._compute.evaluator import Evaluation
-from .._problem.corners import model_or_reason
 from .._problem.free import Place
-from .._sensitivity.table import SensitivityTable, sensitivity_table
+from .._problem.free_parameters import model_or_reason
+from .._sensitivity.sensitivities import SensitivityTable, sensitivity_table
 from .design import Design, Status
 from .design_problem import DesignProblem
 from .entries import Active, LimitedResult, Tried

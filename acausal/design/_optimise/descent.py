@@ -5,7 +5,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._certificate.curvature import descent_steps
 from .._certificate.first_order import (
     FEASIBLE,
     NEAR,
@@ -17,7 +16,7 @@ from .._certificate.first_order import (
     residual,
     violation,
 )
-from .._certificate.second_order import CLOSE, STEP, quadratic_of, slopes_along
+from .._certificate.second_order import CLOSE, STEP, descent_steps, quadratic_of, slopes_along
 
 ROUNDS = 8  # most Newton iterations, and most steps away from saddle points
 CONTRACTION = 0.1  # required reduction of the residual per Newton iteration; otherwise no optimum is nearby

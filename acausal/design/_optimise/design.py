@@ -14,9 +14,9 @@ from ..._extras import Figure
 from ..._report import Table, drawn, model_parts, report
 from ..._save_load import load, save
 from ..._units.display import Scale
-from .._certificate.curvature import Curvature
+from .._certificate.second_order import Curvature
 from .._problem.free import Free
-from .._sensitivity.table import SensitivityTable
+from .._sensitivity.sensitivities import SensitivityTable
 from .certificate_text import as_text, effort, sections, verdict
 from .entries import Active, LimitedResult, Tried
 

@@ -10,9 +10,8 @@ import numpy as np
 from ..._declare.component import Component
 from ..._errors import ModelError
 from .._compute.evaluator import Evaluator
-from .._problem.corners import unbuilt_corners
 from .._problem.free import Free
-from .._problem.free_parameters import free_parameters
+from .._problem.free_parameters import free_parameters, unbuilt_corners
 from .._problem.limits import Limit, Objective, limits_of
 from .._problem.types import ByPath, Function
 from .design import Design

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ..._progress import is_read, is_silent
-from .._compute.bar import EVERY, FAILURES
+from .._compute.cores import EVERY, FAILURES
 from .._compute.evaluator import Evaluation, Evaluator
 from .._problem.limits import Objective
 from .task import Task

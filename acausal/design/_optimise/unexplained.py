@@ -10,8 +10,8 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from .._certificate.curvature import REACH
 from .._certificate.first_order import ACTIVE, FEASIBLE, Point
+from .._certificate.second_order import REACH
 from .._compute.evaluator import EXPLAINED, Evaluation
 from .._problem.limits import Objective
 from .task import Task

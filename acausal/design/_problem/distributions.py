@@ -15,7 +15,7 @@ from ..._errors import ParameterError
 from ..._units.display import Scale
 from ..._units.quantity import has_unit, magnitude
 from .free import span_text
-from .parse import difference_in, number_in
+from .types import difference_in, number_in
 
 
 @dataclasses.dataclass(frozen=True)

@@ -2,21 +2,19 @@
 
 import itertools
 import re
-from collections.abc import Iterable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, TypeVar
 
 import numpy as np
 
 from ..._declare.annotations import Declaration
-from ..._declare.by_name import refuse_fixed
+from ..._declare.by_name import refuse_fixed, replace
 from ..._declare.component import Component
 from ..._declare.node import Leaf, leaves_of
-from ..._errors import ModelError, ParameterError, suggestion
+from ..._errors import ModelError, ParameterError, reason_of, suggestion
 from ..._units.display import Scale, scale_of
-from .built import Built, built_parts
-from .free import Free, Place, Variable, number_at, span_text
-from .parse import number_in
-from .types import ByPath, Key
+from .free import Built, Free, Place, Variable, built_parts, number_at, span_text
+from .types import ByPath, Key, number_in
 
 _ELEMENT = re.compile(r"(.+)\[(\d+(?:\s*,\s*\d+)*)\]")
 _MEMBER = re.compile(r"\[(\d+)\]\.")
@@ -166,3 +164,50 @@ def _check_range(name: str, declaration: Declaration, low: float, high: float, s
         return  # a run outside the declared range fails
     if sign is not None and not (sign.admits(low) and sign.admits(high) and (sign.name != "nonzero" or low * high > 0)):
         raise ParameterError(f"{name} must be {sign.name}, also at its bounds, got {span_text(low, high, scale)}.")
+
+
+T = TypeVar("T")
+ALL = 6  # most variables for which all corners are tried
+
+
+def unbuilt_corners(model: Component, free: Free, scenarios: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
+    """Combinations of bounds at which a component refuses its parameters, with the reason.
+
+    A missing bound is replaced by the start. For many variables, the corners combine both bounds of any two variables.
+    """
+    start = np.array([variable.start for variable in free.variables])
+    built = {
+        name: change for name, change in scenarios.items() if not why_not_built(lambda c=change: replace(model, c))
+    }
+    low, high = (np.where(np.isfinite(bound), bound, start) for bound in (free.low, free.high))
+    for is_high in _corners(len(start)):
+        x = np.where(is_high, high, low)
+        for name, change in built.items():
+            if reason := why_not_built(lambda x=x, change=change: replace(free.with_values(model, x), change)):
+                yield f"{free.text(x)}{f' in {name}' if name else ''} cannot be built: {reason}"
+                break
+
+
+def _corners(n: int) -> Iterator[np.ndarray]:
+    """Marks of the variables at their upper bound."""
+    if n <= ALL:
+        yield from map(np.array, itertools.product((False, True), repeat=n))
+        return
+    # The numbers of any two variables differ in a bit.
+    for bit in range(n.bit_length() + 1):
+        is_high = (np.arange(n) >> bit) % 2 == 1
+        yield is_high
+        yield ~is_high
+
+
+def why_not_built(build: Callable[[], object]) -> str:
+    """The reason why a model cannot be built; empty if it can."""
+    return model_or_reason(build)[1]
+
+
+def model_or_reason(build: Callable[[], T]) -> tuple[T | None, str]:
+    """A model, or None and the reason why it cannot be built."""
+    try:
+        return build(), ""
+    except Exception as error:  # of any constructor
+        return None, reason_of(error)

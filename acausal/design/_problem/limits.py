@@ -11,8 +11,7 @@ import numpy as np
 from ..._errors import ModelError, ParameterError
 from ..._numbers import Numbers
 from ..._units.display import Scale, scale_of
-from .parse import number_in
-from .types import Function
+from .types import Function, number_in
 
 Sense = Literal["<=", ">=", "=="]
 _LIMIT = re.compile(r"\s*(<=|>=|==)\s*(.+?)\s*")

@@ -22,11 +22,9 @@ from .._problem.distributions import Distribution, member_count, sobol_scores
 from .._problem.free import Free
 from .._problem.free_parameters import single_parameters
 from .._problem.limits import objectives_of
-from .._problem.parse import number_in
-from .._problem.types import ByPath, Executor, Function
+from .._problem.types import ByPath, Executor, Function, number_in
 from .batches import Batch, code_names
-from .pieces import evaluated
-from .store import store_of
+from .pieces import evaluated, store_of
 
 M = TypeVar("M", bound=Component)
 MOST = 50_000_000  # most members

@@ -11,12 +11,83 @@ from jaxtyping import Float
 from scipy.special import ndtr, ndtri
 
 from ..._analyse.table import aligned
-from ..._errors import ModelError, ParameterError
-from ..._extras import Axes
+from ..._errors import ModelError, ParameterError, SimulationError
+from ..._extras import Axes, given_or_new
 from ..._report import Table, drawn, report
 from ..._units.display import Scale
 from ..._units.quantity import has_unit
-from .._problem.parse import number_in
+from .._problem.types import number_in
+from .._sweep.batches import Outcomes
+
+REPLICATES = 200  # bootstrap samples
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class Indices:
+    """Sobol' indices of results (rows) and parameters (columns); `print` it for a table.
+
+    `first`: share of the variance that a parameter causes alone. `total`: share including all interactions with others.
+    `first_error` and `total_error`: standard errors by bootstrap. `lost`: number of samples with a failed run.
+    `unfinished`: number of samples missing after an interrupt.
+    """
+
+    parameters: tuple[str, ...]
+    results: tuple[str, ...]
+    first: Float[np.ndarray, "m k"]
+    total: Float[np.ndarray, "m k"]
+    first_error: Float[np.ndarray, "m k"]
+    total_error: Float[np.ndarray, "m k"]
+    lost: int
+    unfinished: int = 0
+
+    def plot(self, ax: Axes | None = None, result: str = "") -> Axes:
+        """Draws bars of both indices of one result with their errors; returns the matplotlib axes."""
+
+        return plot_indices(self, ax, result)
+
+    def __str__(self) -> str:
+        lines = []
+        for row, result in enumerate(self.results):
+            cells = [
+                [self.parameters[i], *(f"{v[row, i]:.4f}" for v in (self.first, self.first_error)),
+                 *(f"{v[row, i]:.4f}" for v in (self.total, self.total_error))]
+                for i in np.argsort(-self.total[row])
+            ]  # fmt: skip
+            lines.append(aligned([[f"variance of {result}", "alone", "±", "in total", "±"], *cells]))
+        lines += [f"{self.lost} samples lost to failed runs"] if self.lost else []
+        lines += [f"interrupted: {self.unfinished} samples are missing"] if self.unfinished else []
+        return "\n".join(lines)
+
+
+def indices_of(
+    parameters: tuple[str, ...], results: tuple[str, ...], outcomes: Outcomes, n: int, k: int, seed: int
+) -> Indices:
+    """Indices from n samples: each has a row of A, of B, and of A with one column of B after the other."""
+    values = np.swapaxes(outcomes.values.reshape(n, k + 2, -1), 0, 1)
+    good = np.all(outcomes.are_good.reshape(n, k + 2), axis=1)
+    unfinished = int(np.sum(np.any(~outcomes.are_finished.reshape(n, k + 2), axis=1)))
+    if np.sum(good) < 2:
+        raise SimulationError(f"Only {np.sum(good)} of {n} samples could be computed: {outcomes.failed}.")
+    values = values[:, good]
+    rng, count = np.random.default_rng(seed), values.shape[1]
+    estimates = _estimated(values)
+    again = [_estimated(values[:, rng.integers(0, count, count)]) for _ in range(REPLICATES)]
+    errors = [np.std([pair[i] for pair in again], axis=0, ddof=1) for i in range(2)]
+    return Indices(
+        parameters, results, estimates[0], estimates[1], errors[0], errors[1], int(n - count) - unfinished, unfinished
+    )
+
+
+def _estimated(values: Float[np.ndarray, "q n m"]) -> tuple[np.ndarray, np.ndarray]:
+    """First-order indices by Saltelli (2010) and total ones by Jansen (1999)."""
+    a, b, mixed = values[0], values[1], values[2:]
+    variance = np.var(np.concatenate([a, b]), axis=0)
+    safe = np.where(variance > 0.0, variance, 1.0)
+    # Subtracting the mean reduces rounding errors and the scatter of the first estimator.
+    first = np.mean((b - np.mean(b, axis=0)) * (mixed - a), axis=1) / safe
+    total = 0.5 * np.mean((mixed - a) ** 2, axis=1) / safe
+    return first.T, total.T
+
 
 SHOWN = (1.0, 5.0, 50.0, 95.0, 99.0)  # percentiles in tables
 
@@ -113,7 +184,6 @@ class Spread:
 
     def plot(self, ax: Axes | None = None, limits: Any = ()) -> Axes:
         """Draws a histogram, the normal distribution, percentiles and `limits` in SI units; returns the axes."""
-        from .spread_plots import plot_spread
 
         return plot_spread(self, ax, limits)
 
@@ -187,3 +257,44 @@ def _wilson(share: float, n: int) -> tuple[float, float]:
     centre = (share + z * z / (2 * n)) / (1 + z * z / n)
     half = z / (1 + z * z / n) * np.sqrt(share * (1 - share) / n + z * z / (4 * n * n))
     return float(max(centre - half, 0.0)), float(min(centre + half, 1.0))
+
+
+def plot_spread(spread: Spread, ax: Axes | None, limits: Any) -> Axes:
+    """A histogram beside the normal distribution of the same mean and standard deviation, with `limits`."""
+    ax = given_or_new(ax, 6.5, 3.6)
+    mean, std = spread.scale.value(spread.mean), spread.scale.difference(spread.std)
+    if len(spread.samples):
+        bins = int(np.clip(np.sqrt(len(spread.samples)), 10, 60))
+        ax.hist(spread.scale.value(spread.samples), bins=bins, density=True, color="tab:blue", alpha=0.45)
+    x = np.linspace(mean - 4.0 * std, mean + 4.0 * std, 200)
+    normal = np.exp(-0.5 * ((x - mean) / std) ** 2) / (std * np.sqrt(2.0 * np.pi))
+    ax.plot(x, normal, color="0.3", linewidth=1.0, label="normal")
+    for p, label in ((1.0, "1 % and 99 %"), (99.0, "")):
+        ax.axvline(spread.scale.value(spread.percentile(p)), color="tab:blue", linewidth=1.0, ls="--", label=label)
+    for number, limit in enumerate(np.ravel(limits)):
+        ax.axvline(spread.scale.value(limit), color="tab:red", linewidth=1.5, label="" if number else "limit")
+    ax.set_xlabel(spread.scale.headed(spread.result))
+    ax.set_ylabel(f"density per{spread.scale.text}" if spread.scale.text else "density")
+    ax.legend(frameon=False, fontsize="small")
+    lost = f", {sum(spread.failed.values())} failed" if spread.failed else ""
+    ax.set_title(f"{spread.method}: {mean:.5g} ± {std:.3g}{spread.scale.text}{lost}", fontsize="medium")
+    return ax
+
+
+def plot_indices(indices: Indices, ax: Axes | None, result: str) -> Axes:
+    """Bars of both indices of one result with their errors, the largest on top."""
+    row = indices.results.index(result) if result else 0
+    order = np.argsort(indices.total[row])
+    ax = given_or_new(ax, 7.0, 1.4 + 0.45 * len(order))
+    places = np.arange(len(order))
+    for shift, values, errors, label, colour in (
+        (0.2, indices.total, indices.total_error, "in total", "tab:blue"),
+        (-0.2, indices.first, indices.first_error, "alone", "tab:orange"),
+    ):
+        bars = values[row, order]
+        ax.barh(places + shift, bars, 0.38, xerr=2.0 * errors[row, order], label=label, color=colour, ecolor="0.3")
+    ax.set_yticks(places, [indices.parameters[i] for i in order])
+    ax.set_xlabel(f"share of the variance of {indices.results[row]}")
+    ax.legend(frameon=False, fontsize="small", loc="lower right")
+    ax.grid(axis="x", alpha=0.3)
+    return ax

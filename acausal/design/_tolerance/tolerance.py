@@ -17,8 +17,7 @@ from .._sensitivity.hessian import hessians_of
 from .._sweep.batches import Batch, Outcomes
 from .._sweep.pieces import evaluated
 from .joint import JointDistribution
-from .sobol_indices import Indices, indices_of
-from .spread import Cause, Spread, Spreads
+from .spread import Cause, Indices, Spread, Spreads, indices_of
 from .worst import Worst, worst
 
 M = TypeVar("M", bound=Component)

@@ -27,8 +27,8 @@ from ..._extras import needed
 from ..._integrate.setup.options import count
 from ..._numbers import Scalar
 from ..._progress import compiling, is_read
-from .._compute.bar import is_logged
-from .._problem.corners import model_or_reason
+from .._compute.cores import is_logged
+from .._problem.free_parameters import model_or_reason
 
 M = TypeVar("M", bound=Component, covariant=True)
 EVERY = 1.0  # s between messages
