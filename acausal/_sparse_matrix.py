@@ -1,18 +1,129 @@
 """Sparse matrices with a fixed structure, and their factors by elimination in a fixed order."""
 
 import dataclasses
+import heapq
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
+import scipy
 from jax import lax
 from jax.custom_batching import custom_vmap
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, UInt32
 
-from ._sparse_elimination import EliminationOrder, elimination_of
-from ._sparse_order import Structure, column_colours
+if TYPE_CHECKING:
+    Structure = scipy.sparse.csr_array  # true where an entry may differ from zero
+else:
+    Structure = Any
+
+
+def column_colours(structure: Structure) -> np.ndarray:
+    """The colour of each column: columns that share a row have different ones, so a directional derivative along all
+    columns of a colour contains the entries of each (Curtis, Powell and Reid, IMA J. Appl. Math. 13, 1974).
+    """
+    rows, columns = scipy.sparse.csr_array(structure), scipy.sparse.csc_array(structure)
+    colours = np.full(len(columns.indptr) - 1, -1)
+    for column in range(len(colours)):
+        beside = [_line(rows, row) for row in _line(columns, column)]
+        taken = set(colours[np.concatenate(beside)].tolist()) if beside else set()
+        colours[column] = next(colour for colour in range(len(taken) + 1) if colour not in taken)
+    return colours
+
+
+def least_degree(structure: Structure, most: float) -> list[tuple[int, list[int]]] | None:
+    """The rows of a square matrix in an order of elimination by least degree, each with the later rows that it changes
+    (George and Liu, Computer Solution of Large Sparse Positive Definite Systems, 1981). The structure is made symmetric
+    first. None if the elimination takes more than `most` multiplications.
+    """
+    both = scipy.sparse.csr_array(structure + structure.T)
+    near = [set(_line(both, row).tolist()) - {row} for row in range(len(both.indptr) - 1)]
+    waiting = [(len(others), row) for row, others in enumerate(near)]
+    heapq.heapify(waiting)
+    order: list[tuple[int, list[int]]] = []
+    done = np.zeros(len(near), bool)
+    while waiting:
+        degree, row = heapq.heappop(waiting)
+        if done[row] or degree != len(near[row]):
+            continue
+        most -= degree**2
+        if most < 0:
+            return None
+        done[row] = True
+        order.append((row, sorted(near[row])))
+        for other in near[row]:
+            near[other] |= near[row]
+            near[other] -= {other, row}
+            heapq.heappush(waiting, (len(near[other]), other))
+    return order
+
+
+def _line(matrix: "scipy.sparse.csr_array | scipy.sparse.csc_array", number: int) -> np.ndarray:
+    return matrix.indices[matrix.indptr[number] : matrix.indptr[number + 1]]
+
+
+_Index = UInt32[np.ndarray, " k"]
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class EliminationOrder:
+    """The order in which a sparse matrix is eliminated, as tables of positions among its entries and the fill-in.
+
+    The diagonal comes first, by row, then the entries of L: the i-th is in row `below[i]` and column `beside[i]`. Those
+    of U, their mirror images, follow. In sequence, `updated[i] -= left[i] * right[i] / pivot[i]` turns the entries into
+    those of the factors.
+    """
+
+    given: _Index  # of each entry of the matrix
+    size: int
+    below: _Index
+    beside: _Index
+    updated: _Index
+    left: _Index
+    right: _Index
+    pivot: _Index
+
+    @property
+    def work(self) -> int:
+        """The number of multiplications of a factorisation."""
+        return len(self.updated)
+
+    @property
+    def work_of_solve(self) -> int:
+        """The number of multiplications of one solution."""
+        return 2 * len(self.below)
+
+
+def elimination_of(structure: Structure, most: float) -> EliminationOrder | None:
+    """The elimination of a sparse matrix; None if it takes more than `most` multiplications."""
+    order = least_degree(structure, most)
+    if order is None:
+        return None
+    n = len(order)
+    counts = np.array([len(rows) for _, rows in order], int)
+    pivots = np.array([row for row, _ in order], int)
+    rank = np.argsort(pivots)
+    below, beside = np.array([row for _, rows in order for row in rows], int), np.repeat(pivots, counts)
+    keys = rank[beside] * n + below  # increasing
+
+    def places(rows: np.ndarray, columns: np.ndarray) -> np.ndarray:
+        is_upper = rank[rows] < rank[columns]
+        pivot, other = np.where(is_upper, rows, columns), np.where(is_upper, columns, rows)
+        found = n + np.searchsorted(keys, rank[pivot] * n + other)
+        return np.where(rows == columns, rows, np.where(is_upper, found + len(keys), found))
+
+    # A pivot changes the entries of all rows and columns beside it.
+    squares = counts**2
+    start, width = np.repeat(np.cumsum(counts) - counts, squares), np.repeat(counts, squares)
+    inside = np.arange(len(start)) - np.repeat(np.cumsum(squares) - squares, squares)
+    left, right = start + inside // width, start + inside % width
+    updated, pivot = places(below[left], below[right]), np.repeat(pivots, squares)
+    entries = structure.tocoo()
+    given = places(entries.row.astype(int), entries.col.astype(int))
+    tables = (below, beside, updated, n + left, n + len(keys) + right, pivot)
+    return EliminationOrder(given.astype(np.uint32), n + 2 * len(keys), *(table.astype(np.uint32) for table in tables))
+
 
 ACCURATE = 1e-8  # backward error, relative to the terms, above which elimination has lost half of the digits
 

@@ -12,7 +12,7 @@ import scipy  # imports its parts on use
 from .._reduce.element_dependence import element_dependence
 from .._reduce.incidence import Pair
 from .._reduce.jaxpr import structs
-from .._sparse_order import Structure
+from .._sparse_matrix import Structure
 from .affine import computed
 from .blocks import Known, evaluate_block
 from .groups import Group

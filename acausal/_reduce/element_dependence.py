@@ -10,7 +10,7 @@ import numpy as np
 import scipy  # imports its parts on use
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
-from .._sparse_order import Structure
+from .._sparse_matrix import Structure
 from .jaxpr import bind, called, differentiable_call, interpreted, shape_of
 from .scalarise import ELEMENTWISE, INDEXED_MOVES, MOVES
 

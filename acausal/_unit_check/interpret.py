@@ -7,11 +7,91 @@ from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
+
 from .._jax_private import ClosedJaxpr, Jaxpr, JaxprEqn, scan_counts
 from .._reduce.jaxpr import called, differentiable_call, interpreted, shape_of
-from .._units.dimension import NUMBER, Dimension
-from .rules import COMPARED, EQUAL, NUMBERS, PLAIN, POWERS, SAME, SILENT
-from .values import ATOM, PRODUCT, SUM, Value, constant, written
+from .._tracing import is_traced
+from .._units.dimension import NUMBER, Dimension, described
+
+_LONGEST = 60
+_TINY = 1e-30  # a number this small guards a quotient and has any dimension, like zero
+
+SUM, PRODUCT, ATOM = range(3)  # precedence of an expression
+
+
+@dataclasses.dataclass(frozen=True)
+class Value:
+    """A value of a known `dimension`; None fits any.
+
+    `unit`: the declared unit. `number`: the number of a constant. `leaf`: the input without a unit that has the same
+    dimension.
+    """
+
+    dimension: Dimension | None
+    text: str
+    rank: int = ATOM
+    unit: str | None = None
+    number: float | None = None
+    leaf: int | None = None
+
+    def __str__(self) -> str:
+        if self.dimension is None:
+            return self.text
+        return f"{self.text} in {described(self.dimension, self.unit)}"
+
+    def within(self, rank: int) -> str:
+        """Its text as part of an expression of precedence `rank` or higher."""
+        return self.text if self.rank >= rank else f"({self.text})"
+
+
+def written(dimension: Dimension | None, text: str, rank: int = ATOM, leaf: int | None = None) -> Value:
+    """The value of an expression, with an abbreviated text if it is long."""
+    if len(text) > _LONGEST:
+        text, rank = text[: _LONGEST - 3].rstrip() + "...", ATOM
+    return Value(dimension, text, rank, leaf=leaf)
+
+
+def constant(value: Any) -> Value:
+    """The value of a number. Zero, infinity and NaN fit any dimension."""
+    if isinstance(value, float | int):
+        is_any = abs(value) <= _TINY or not math.isfinite(value)
+        return Value(None if is_any else NUMBER, f"{value:g}", number=float(value))
+    if is_traced(value) or not np.size(value) or np.asarray(value).dtype.kind not in "biuf":
+        return Value(None, "[...]")
+    array = np.asarray(value, dtype=float)
+    first = float(array.flat[0])
+    uniform = bool(np.all(array == first))
+    fits_all = bool(np.all((np.abs(array) <= _TINY) | ~np.isfinite(array)))
+    text = f"{first:g}" if uniform else "[...]"
+    return Value(None if fits_all else NUMBER, text, number=first if uniform else None)
+
+
+SAME = frozenset(
+    """
+    neg abs convert_element_type copy copy_p reduce_precision real stop_gradient optimization_barrier broadcast_in_dim
+    reshape squeeze expand_dims transpose rev slice dynamic_slice gather split reduce_sum reduce_max reduce_min cumsum
+    cummax cummin sort device_put
+    """.split()
+)
+SILENT = SAME - {"abs", "neg", "reduce_sum", "reduce_max", "reduce_min", "cumsum", "cummax", "cummin"}
+EQUAL = {
+    "add": "adds", "add_any": "adds", "sub": "subtracts", "max": "takes the larger of", "min": "takes the smaller of",
+    "rem": "takes the remainder of", "concatenate": "joins", "pad": "pads", "clamp": "limits",
+    "dynamic_update_slice": "replaces a part of", "scatter": "replaces a part of", "scatter-add": "adds",
+    "nextafter": "compares",
+}  # fmt: skip
+COMPARED = frozenset("lt le gt ge eq ne lt_to le_to eq_to atan2".split())
+NUMBERS = frozenset(
+    """
+    exp exp2 expm1 log log1p log2 one_minus_square sin cos tan asin acos atan sinh cosh tanh asinh acosh atanh
+    logistic erf erfc erf_inv lgamma digamma bessel_i0e bessel_i1e floor ceil round cumprod cumlogsumexp
+    """.split()
+)
+POWERS = {"sqrt": Fraction(1, 2), "cbrt": Fraction(1, 3), "rsqrt": Fraction(-1, 2), "square": Fraction(2)}
+PLAIN = frozenset(
+    "sign iota and or not xor is_finite argmax argmin reduce_and reduce_or reduce_xor population_count".split()
+)
 
 
 class Interpreter:

@@ -17,8 +17,7 @@ from .._reduce.stated import conditions_held, initial_templates, templates
 from .._reduce.template import Input
 from .._units.dimension import DERIVED, NUMBER, TIME, Dimension, described
 from .._units.parsing import UnknownUnit, parsed
-from .interpret import Interpreter
-from .values import Value
+from .interpret import Interpreter, Value
 
 
 @dataclasses.dataclass(frozen=True)

@@ -4,9 +4,8 @@ import dataclasses
 
 import numpy as np
 
-from .functions import CFunction
+from .functions import CFunction, Implicit
 from .layout import Places
-from .programs import Implicit
 from .values import Index
 from .writer import Writer
 

@@ -1,17 +1,71 @@
-"""The header and the source file of a model."""
+"""The header and the source file of a model, with the requirements on its parameters and its hysteresis."""
 
 import dataclasses
+import json
 from collections.abc import Sequence
 from typing import NamedTuple, TypeAlias
 
-from .bands import bands
-from .derivatives import Along, along
+import diffrax
+import jax.numpy as jnp
+import numpy as np
+
+from .._evaluate.starts import Inputs
+from .._evaluate.system import System
+from .._integrate.events.run_events import RunEvents
+from .._integrate.setup.field import RunArgs
+from .._integrate.setup.settings import RunNumbers, Settings
+from .._integrate.solvers import Rodas5P
+from .._reduce.stated import required
 from .events import CEvents
+from .expressions import SIGN
 from .model import CModel
-from .requirements import requirement_functions
-from .source import along_functions, output_functions, rate_functions, start_functions
+from .source import Along, along, along_functions, output_functions, rate_functions, start_functions
 from .steps import step_functions
-from .write import constants, enumeration, helpers, places_of, shared
+from .values import CValue, Index, stored
+from .write import constants, enumeration, function, helpers, places_of, shared
+from .writer import Writer, inlined
+
+
+def requirement_functions(model: CModel) -> list[str]:
+    """A function that returns the sentence of the first requirement that the parameters violate, or 0."""
+    sentences = iter(model.system.intake.requirements.sentences)
+    writer = Writer(model.tables, f"A requirement of {model.name}")
+    for name in ("m", "p"):
+        writer.names.new(name)
+    for number, holder in enumerate(model.system.flat.holders):
+        needed = required(holder.kind)
+        if not needed.texts:
+            continue
+        for member in range(holder.total):
+            values = [_parameter(model, (number, slot), member) for slot in needed.slots]
+            for truth in writer.run(inlined(needed.jaxpr), values):
+                condition = truth.at(Index(np.array(0), (), writer.tables)).inside(SIGN + 1)
+                writer.line(f"if (!{condition})")
+                writer.line(f"    return {json.dumps(next(sentences))};")
+    writer.line("return 0;")
+    head = f"const char *{model.name}_violation(const {model.name} *m)"
+    return [function(head, writer.lines, unread=("m",), is_constant=True)]
+
+
+def _parameter(model: CModel, key: tuple[int, int], member: int) -> CValue:
+    kind, slot = key
+    holder = model.system.flat.holders[kind]
+    first = int(model.layout.members(key, np.array([member])).firsts[0])
+    shape = holder.kind.sizes[slot]
+    whole = stored("p", (model.layout.n_params + 1,), "f")
+    return whole.moved((first + np.arange(int(np.prod(shape)))).reshape(shape))
+
+
+def bands(system: System, inputs: Inputs) -> np.ndarray:
+    """For each relation, the size of its event indicator below which it keeps its truth, as in `simulate`."""
+    settings = Settings(
+        system, None, None, None, None, None, "end", Rodas5P(), None, 1, 1, diffrax.NoProgressMeter()
+    )  # fmt: skip
+    one = jnp.asarray(1.0)
+    args = RunArgs(inputs, RunNumbers(jnp.asarray(0.0), one, None, None, one, None, [], [], [], []))
+    events = RunEvents(settings, settings.layout, is_reversible=False)
+    return np.asarray(events.bands(args)[0])[: system.events.n_relations if system.events else 0]
+
 
 Declarations: TypeAlias = list[tuple[str, str]]  # purposes and heads of functions
 

@@ -13,9 +13,8 @@ from .._evaluate.system import System
 from .._reduce.incidence import Pair, Ranges, ranges_of_pair
 from .calls import Call, Solve
 from .expressions import Names, identifier
-from .functions import CFunction
+from .functions import CFunction, Direct, Implicit, Source, is_direct
 from .layout import Numbering, Places, Quantity
-from .programs import Direct, Implicit, Source, is_direct
 from .values import Tables
 
 PUBLIC = "start violation step outputs rates evaluate along initialise events indicators next_time".split()

@@ -16,10 +16,9 @@ from .._evaluate.groups import Group
 from .._evaluate.observe import constrained_places
 from .._reduce.jaxpr import structs
 from .calls import fill
-from .functions import CFunction, function_of
+from .functions import CFunction, function_of, unpacked
 from .layout import Places
 from .model import CModel
-from .programs import unpacked
 from .values import Index
 from .write import array, function, part
 from .writer import Writer

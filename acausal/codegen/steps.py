@@ -4,7 +4,7 @@ import numpy as np
 
 from .._errors import ModelError
 from .._evaluate.dependence import dependence
-from .._sparse_order import column_colours
+from .._sparse_matrix import column_colours
 from .model import CModel
 from .write import array, function, part
 from .writer import Writer

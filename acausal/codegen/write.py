@@ -7,9 +7,8 @@ from importlib.resources import files
 import numpy as np
 
 from .calls import Call, Solve
-from .expressions import TYPES, Names, number
+from .expressions import HELPERS, TYPES, Names, number
 from .layout import Quantity
-from .primitives import HELPERS
 from .values import Tables
 from .writer import wrapped
 

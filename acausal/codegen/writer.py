@@ -14,10 +14,8 @@ from .._errors import ModelError
 from .._evaluate.once import without_repetition
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .._reduce.jaxpr import bind, called, differentiable_call, interpreted, shape_of
-from .arrays import ARRAYS
-from .control_flow import CONTROL
-from .expressions import TYPES, Expression, Names, dtype_of, kind_of
-from .primitives import ELEMENTWISE, converted
+from .arrays import ARRAYS, CONTROL
+from .expressions import ELEMENTWISE, TYPES, Expression, Names, converted, dtype_of, kind_of
 from .values import CValue, Index, Tables, constant, stored
 
 LONGEST = 8  # number of operations in one expression

@@ -4,8 +4,7 @@ The checks need only the component, with open ports, without connections or simu
 """
 
 from ._checks import check_component, check_gradients, check_law, check_power_balance, check_units
-from ._failed import CheckFailed
-from ._law import solved
+from ._law import CheckFailed, solved
 
 __all__ = [
     "CheckFailed",

@@ -6,10 +6,21 @@ from collections.abc import Mapping
 import numpy as np
 
 from .._declare.component import Component
-from .._errors import UnknownNameError, suggestion
+from .._errors import AcausalError, UnknownNameError, suggestion
 from ._equations import OpenEquations
-from ._failed import fail
 from ._points import Points, nearby
+
+
+class CheckFailed(AcausalError, AssertionError):
+    """A component has failed a check. The message lists all problems."""
+
+
+def fail(component: Component, problems: list[str]) -> None:
+    """Raise `CheckFailed` if there are problems."""
+    if problems:
+        count = "1 problem" if len(problems) == 1 else f"{len(problems)} problems"
+        raise CheckFailed("\n".join([f"{type(component).__name__}: {count} found.", *problems]))
+
 
 GUESSES = 3
 

@@ -8,8 +8,7 @@ from hypothesis import strategies as st
 from scipy import sparse
 
 from acausal._linear_solver import linear_solver
-from acausal._sparse_matrix import SparseMatrix, pattern_of
-from acausal._sparse_order import Structure, column_colours, least_degree
+from acausal._sparse_matrix import SparseMatrix, Structure, column_colours, least_degree, pattern_of
 
 
 def structure_of(draw: np.random.Generator, n: int, density: float) -> Structure:

@@ -12,8 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from acausal._unit_check.interpret import Interpreter
-from acausal._unit_check.values import Value
+from acausal._unit_check.interpret import Interpreter, Value
 from acausal._units.dimension import NUMBER, Dimension, base, described
 from acausal._units.parsing import UnknownUnit, common_unit, parsed, pint_unit, registry, unit_of
 

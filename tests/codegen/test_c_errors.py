@@ -11,8 +11,7 @@ from _compiled import Compiled, needs_compiler
 
 from acausal import Component, Connections, Equations, ModelError, Param, Scalar, Var, connect, eq
 from acausal.codegen import export_c
-from acausal.codegen.expressions import identifier
-from acausal.codegen.primitives import HELPERS
+from acausal.codegen.expressions import HELPERS, identifier
 from components import blocks
 
 

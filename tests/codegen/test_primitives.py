@@ -13,10 +13,9 @@ from jax import Array, lax
 
 from acausal import ModelError
 from acausal._reduce.jaxpr import structs
-from acausal.codegen.arrays import ARRAYS
-from acausal.codegen.control_flow import CONTROL
+from acausal.codegen.arrays import ARRAYS, CONTROL
+from acausal.codegen.expressions import ELEMENTWISE
 from acausal.codegen.functions import function_of
-from acausal.codegen.primitives import ELEMENTWISE
 from acausal.codegen.values import Tables
 from acausal.codegen.write import constants, helpers
 

@@ -11,7 +11,7 @@ from _fmu_models import Bouncer, Clocked, Forced, Inverters, Measured, Turned
 
 from acausal import ModelError
 from acausal.fmi import export_fmu
-from acausal.fmi._export import build
+from acausal.fmi._export import fmu
 from components.blocks import Gain
 from components.rotational import Inertia
 
@@ -240,6 +240,6 @@ def test_libraries_for_other_platforms(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("version", VERSIONS)
 def test_the_code_has_no_warnings(version: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(build, "FLAGS", [*build.FLAGS, "-Wall", "-Wextra", "-Werror"])
+    monkeypatch.setattr(fmu, "FLAGS", [*fmu.FLAGS, "-Wall", "-Wextra", "-Werror"])
     export_fmu(Forced(), tmp_path / "forced.fmu", inputs=["u"], version=version)
     export_fmu(Clocked(), tmp_path / "clocked.fmu", version=version)

@@ -11,9 +11,8 @@ from ..._errors import ModelError, UnitError
 from ..._numbers import Numbers
 from ..._reduce.flat_model import FlatModel
 from ..._reduce.jaxpr import slice_output
-from ..._unit_check.interpret import Interpreter
+from ..._unit_check.interpret import Interpreter, Value, constant
 from ..._unit_check.signal_units import unit_of_leaf
-from ..._unit_check.values import Value, constant
 from ..._units.dimension import TIME, si_unit_of
 from ..._units.parsing import UnknownUnit, parsed
 from .user_function import UserFunction, trace

@@ -5,15 +5,13 @@ from importlib.resources import files
 import numpy as np
 
 from ..._integrate.solvers import Rodas5P
-from ...codegen.derivatives import Along, tangents_of
-from ...codegen.events import CEvents, starts_of, write_outputs
-from ...codegen.leaves import leaf_value
+from ...codegen.events import CEvents, leaf_value, starts_of, write_outputs
 from ...codegen.model import CModel
+from ...codegen.source import Along, tangents_of
 from ...codegen.steps import pattern_tables, remember_function
 from ...codegen.write import array, function
 from ...codegen.writer import Writer
-from .description import About
-from .variables import Variables
+from .description import About, Variables
 
 INCLUDES = """#include <math.h>
 #include <stdbool.h>

@@ -14,12 +14,9 @@ from components.blocks import Input, Output
 from ..._declare.annotations import Discrete, Param, Scalar, Var, Vector, shape
 from ..._errors import ModelError
 from ..._made_once import made_once
-from .co_simulation import CoSimulation, SampleCalls
-from .component import ImportedFMU, Key
+from .component import Calls, CoSimulation, ImportedFMU, Key, ModelExchange, SampleCalls
 from .description import Description, ImportedVariable, read, size_of
-from .functions import Functions
-from .model_exchange import Calls, ModelExchange
-from .sampling import SampledFMU
+from .functions import Functions, SampledFMU
 
 
 def FMU(

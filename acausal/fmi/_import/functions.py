@@ -1,15 +1,21 @@
-"""An FMU for model exchange as functions of its discrete state, its point and its parameters."""
+"""An FMU as functions of its discrete state, its point or sample, and parameters, with derivatives in both modes."""
 
 import contextlib
+import dataclasses
+import functools as ft
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
+from jax.custom_derivatives import SymbolicZero
 
 from ..._errors import ModelError, SimulationError
 from .description import REAL, Description, ImportedVariable, placed, size_of
-from .instance import AfterEvent, Instance, provides_directional
-from .machine import FIRST, NONE, Machine, Reached, StateKey
+from .instance import FIRST, NONE, AfterEvent, Instance, Machine, Reached, StateKey, provides_directional
 
 DISCARDED = 2  # status of a call of FMI outside the range of the model
 STEP, SECOND_STEP = 6e-6, 1e-4  # steps of central differences, relative to the size, for first and second derivatives
@@ -208,3 +214,116 @@ def central(function: Callable[[np.ndarray], np.ndarray], at: np.ndarray, step: 
         change[i] = step * size
         columns.append((function(at + change) - function(at - change)) / (2.0 * step * size))
     return np.stack(columns, -1) if columns else np.zeros((*np.shape(function(at)), 0))
+
+
+class AfterStep(NamedTuple):
+    """Answer of an FMU at the end of a communication step."""
+
+    ends: bool
+    outputs: np.ndarray
+
+
+class SampledFMU(Machine[AfterStep]):
+    """The samples of an FMU. A point is an array: the time, the length of the step up to it, and the inputs during the
+    step. At the first sample there is no step, and the FMU is initialised.
+    """
+
+    kind = "CoSimulation"
+
+    @property
+    def n_values(self) -> int:
+        """The number of elements of a sample."""
+        return 2 + size_of(self.description.outputs)
+
+    def sample(self, number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        """The number of the new discrete state, whether the FMU ends the run, and the outputs."""
+        with self._lock:
+            new, answer = self._next(number, point, parameters)
+            return np.concatenate([[new, answer.ends], answer.outputs])
+
+    def _advance(self, to: Reached, parameters: list[tuple[ImportedVariable, np.ndarray]]) -> AfterStep:
+        (time, step), inputs = to.point[:2], to.point[2:]
+        instance = self._instance
+        if to.before == NONE:
+            of_inputs = [(v, inputs[place : place + v.count]) for v, place in placed(self.description.inputs)]
+            instance.initialise(time, [*parameters, *of_inputs])
+        instance.set(self.description.inputs, inputs)
+        ends = to.before != NONE and instance.step(time - step, step)
+        return AfterStep(ends, instance.get(self.description.outputs))
+
+
+Host: TypeAlias = Callable[[int, np.ndarray, np.ndarray], np.ndarray]  # of the discrete state, the point, parameters
+
+
+@dataclasses.dataclass(frozen=True)
+class HostCall:
+    """A function of an FMU. The derivatives have one more axis, of the point or of the parameters.
+
+    Raises `ModelError` where a derivative is needed that does not exist.
+    """
+
+    host: Host
+    shape: tuple[int, ...]
+    by_point: "Derivative"
+    by_parameters: "Derivative"
+
+    def __call__(self, number: Array, point: Array, parameters: Array) -> Array:
+        return _function(self)(jnp.asarray(number, float), point, parameters)
+
+
+@ft.cache
+def _function(call: HostCall) -> Callable[[Array, Array, Array], Array]:
+    result = jax.ShapeDtypeStruct(call.shape, jax.dtypes.canonicalize_dtype(float))
+
+    def evaluate(number: Array, point: Array, parameters: Array) -> np.ndarray:
+        arguments = float(number), np.asarray(point, float), np.asarray(parameters, float)
+        if not all(np.all(np.isfinite(argument)) for argument in arguments):
+            return np.full(call.shape, np.nan)  # a trial of the solver that failed elsewhere
+        return np.asarray(call.host(int(arguments[0]), *arguments[1:]), result.dtype).reshape(call.shape)
+
+    @jax.custom_jvp
+    def function(number: Array, point: Array, parameters: Array) -> Array:
+        return jax.pure_callback(evaluate, result, number, point, parameters, vmap_method="sequential")
+
+    @ft.partial(function.defjvp, symbolic_zeros=True)
+    def _(primals: tuple[Array, Array, Array], tangents: tuple) -> tuple[Array, Array]:
+        change = jnp.zeros(call.shape)
+        for derivative, tangent in zip((call.by_point, call.by_parameters), tangents[1:], strict=True):
+            if not isinstance(tangent, SymbolicZero) and jnp.size(tangent):
+                change = change + jnp.tensordot(derivative()(*primals), tangent, 1)
+        return function(*primals), change
+
+    return function
+
+
+Derivative: TypeAlias = Callable[[], HostCall]
+
+
+def call_of(host: Host, shape: tuple[int, ...], by_point: Derivative, by_parameters: Derivative) -> HostCall:
+    """A function whose derivatives are made once, when they are first needed."""
+    return HostCall(host, shape, ft.cache(by_point), ft.cache(by_parameters))
+
+
+def differenced(host: Host, shape: tuple[int, ...], sizes: tuple[int, int]) -> HostCall:
+    """A function whose derivatives are differences and have no derivatives themselves.
+
+    It stands for first derivatives: those of the second order serve a solver in the derivatives of its Jacobian, which
+    do not change to what its steps converge. `sizes` are those of the point and the parameters.
+    """
+
+    def by_point(number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        return central(lambda v: host(number, v, parameters), point, SECOND_STEP)
+
+    def by_parameters(number: int, point: np.ndarray, parameters: np.ndarray) -> np.ndarray:
+        return central(lambda p: host(number, point, p), parameters, SECOND_STEP)
+
+    return call_of(
+        host,
+        shape,
+        lambda: HostCall(by_point, (*shape, sizes[0]), _no_third, _no_third),
+        lambda: HostCall(by_parameters, (*shape, sizes[1]), _no_third, _no_third),
+    )
+
+
+def _no_third() -> HostCall:
+    raise ModelError("An FMU has derivatives up to the second, and the second serve the solver only.")
