@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 
 from .._linear_solver import linear_solver
 from .._numbers import Numbers
-from .._tangents import array_of, pushed
+from .._tracing import array_of, pushed
 
 MOST = 20  # maximum number of Newton iterations for the nearest point
 STILL = 1e-14  # step size, in the unit of the unknowns, that ends the iteration

@@ -11,7 +11,7 @@ from jaxtyping import PyTree
 
 from .._linear_solver import factors_of
 from .._numbers import Numbers, Truth
-from .._tangents import pushed
+from .._tracing import pushed
 from .affine import computed
 from .elimination import SMALL, eliminated
 

@@ -8,8 +8,7 @@ from .._errors import DesignWarning
 from .._units.display import Scale
 from ._certificate.second_order import Curvature
 from ._choose.alternatives import Alternatives, CatalogueVariables, DesignSpace
-from ._choose.choice import Choice
-from ._choose.choose import choose
+from ._choose.choose import Choice, choose
 from ._control.control import control
 from ._control.course import Course
 from ._explore.explored import Explored, ExploredResult
@@ -35,8 +34,7 @@ from ._sweep.batches import Outcomes
 from ._sweep.sweep import Sample, sweep
 from ._tolerance.joint import percentile_of
 from ._tolerance.spread import Cause, Indices, Spread, Spreads, Yield
-from ._tolerance.tolerance import Members, Tolerance
-from ._tolerance.worst import Worst
+from ._tolerance.tolerance import Members, Tolerance, Worst
 from ._train.train import Training, train
 
 # `hessian` is left out: a star import would take the name from jax.

@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._numbers import Numbers
-from ..._tangents import array_of, pushed
+from ..._tracing import array_of, pushed
 
 STILL = 1e-8  # rate of an event indicator, relative to that on the path, below which only an error moved it to zero
 

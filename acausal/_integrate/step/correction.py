@@ -11,7 +11,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._numbers import Numbers
-from ..._tangents import array_of, pushed
+from ..._tracing import array_of, pushed
 from ..setup.field import RunArgs, vector_field
 from ..setup.settings import Settings
 from ..setup.state_vector import Vector

@@ -12,7 +12,7 @@ from jaxtyping import PyTree
 from ..._jax_private import jaxpr_as_fun
 from ..._numbers import Numbers
 from ..._progress import differentiating
-from ..._tangents import array_of
+from ..._tracing import array_of
 
 Arrays = list[Array]
 Function = Callable[[Arrays], PyTree]

@@ -19,9 +19,8 @@ from .estimate import RANK
 from .experiment import Experiment, Prepared
 from .fit import Fit
 from .fit_problem import FitProblem, Loss, LossName, stacked
-from .least_squares import Minimum, Multistart, least, minimise, multistart, starts_between
+from .least_squares import Minimum, Multistart, least, minimise, multistart, starts_between, unexplained
 from .prepare import Labels, prepared, raise_start, with_own
-from .unexplained import unexplained
 
 M = TypeVar("M", bound=Component)
 SAME_NOISE = 1e-8  # relative change of the noise below which it has converged
