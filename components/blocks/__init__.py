@@ -8,6 +8,8 @@ if TYPE_CHECKING:
     from ._continuous import Derivative as Derivative
     from ._continuous import FirstOrder as FirstOrder
     from ._continuous import Integrator as Integrator
+    from ._continuous import LeadLag as LeadLag
+    from ._continuous import Notch as Notch
     from ._continuous import SecondOrder as SecondOrder
     from ._controllers import PI as PI
     from ._controllers import PID as PID
@@ -17,8 +19,6 @@ if TYPE_CHECKING:
     from ._delays import FixedDelay as FixedDelay
     from ._delays import PadeDelay as PadeDelay
     from ._delays import TransportDelay as TransportDelay
-    from ._filters import LeadLag as LeadLag
-    from ._filters import Notch as Notch
     from ._interfaces import SI2SO as SI2SO
     from ._interfaces import SISO as SISO
     from ._interfaces import Input as Input
@@ -39,7 +39,9 @@ if TYPE_CHECKING:
     from ._logic import Not as Not
     from ._logic import OnDelay as OnDelay
     from ._logic import Or as Or
+    from ._logic import StateMachine as StateMachine
     from ._logic import Timer as Timer
+    from ._logic import TwoPointController as TwoPointController
     from ._logic import Xor as Xor
     from ._math import Division as Division
     from ._math import Function as Function
@@ -66,24 +68,22 @@ if TYPE_CHECKING:
     from ._sampled_controllers import SampledP as SampledP
     from ._sampled_controllers import SampledPI as SampledPI
     from ._sampled_controllers import SampledPID as SampledPID
+    from ._sources import ChirpSine as ChirpSine
     from ._sources import Clock as Clock
     from ._sources import Constant as Constant
+    from ._sources import Exponentials as Exponentials
+    from ._sources import ExpSine as ExpSine
+    from ._sources import Pulse as Pulse
     from ._sources import Ramp as Ramp
+    from ._sources import SawTooth as SawTooth
     from ._sources import Sine as Sine
     from ._sources import Step as Step
     from ._sources import TimeFunction as TimeFunction
-    from ._state_machine import StateMachine as StateMachine
+    from ._sources import Trapezoid as Trapezoid
     from ._tables import Extrapolation as Extrapolation
+    from ._tables import Staircase as Staircase
     from ._tables import Table1D as Table1D
     from ._tables import Table2D as Table2D
-    from ._time_series import Staircase as Staircase
-    from ._time_series import TimeSeries as TimeSeries
-    from ._two_point import TwoPointController as TwoPointController
-    from ._waves import ChirpSine as ChirpSine
-    from ._waves import Exponentials as Exponentials
-    from ._waves import ExpSine as ExpSine
-    from ._waves import Pulse as Pulse
-    from ._waves import SawTooth as SawTooth
-    from ._waves import Trapezoid as Trapezoid
+    from ._tables import TimeSeries as TimeSeries
 else:
     __getattr__, __dir__, __all__ = when_asked(__name__)

@@ -1,21 +1,15 @@
-"""Lookup tables (as in MSL `Modelica.Blocks.Tables`)."""
+"""Lookup tables (as in MSL `Modelica.Blocks.Tables`), and measured or prescribed signals."""
 
 from collections.abc import Mapping
 from typing import ClassVar, Literal, Self
 
-from acausal import (
-    Equations,
-    Param,
-    Requirements,
-    Scalar,
-    Vector,
-    eq,
-    require,
-)
+import jax.numpy as jnp
 
-from .._checks import sampled
-from .._tables import cubic_in_samples, linear, located, monotone_cubic
-from ._interfaces import SI2SO, SISO
+from acausal import Equations, Param, Requirements, Scalar, Vector, eq, require
+
+from .._checks import increasing, sampled
+from .._tables import clamped, cubic_in_samples, interval, line_of, linear, located, monotone_cubic, monotone_cubic_of
+from ._interfaces import SI2SO, SISO, SignalSource
 
 Extrapolation = Literal["hold", "linear"]
 
@@ -79,3 +73,46 @@ class Table2D(SI2SO):
         curve = cubic_in_samples if self.smooth else linear
         row = curve(u1, self.points1, self.values)
         return dict(table=eq(self.y.value, curve(u2, self.points2, row)))
+
+
+class TimeSeries(SignalSource):
+    """y(t) interpolated between samples; outside, the first or last value is held.
+
+    With `smooth`, a cubic with continuous slope that does not overshoot the samples (Fritsch, Butland 1984); otherwise
+    linear interpolation. Integration steps end at the samples, so none of them is missed.
+    """
+
+    elsewhere: ClassVar[Mapping[str, str]] = {"table": "times and values"}
+
+    times: Param[Vector, "s"]  # increasing
+    values: Param[Vector, ""]  # y at these times
+    smooth: bool = True
+
+    def requirements(self) -> Requirements:
+        return sampled(self, "values", "times")
+
+    def equations(self, d: Self) -> Equations:
+        t = clamped(self.t, self.times)
+        # A comparison of time alone: steps end where it changes, so the interval need not be held.
+        i = interval(t, self.times)
+        y = (monotone_cubic_of if self.smooth else line_of)(t, self.times, self.values, i)
+        return dict(series=eq(self.y.value, y))
+
+
+class Staircase(SignalSource):
+    """y = values[i] from times[i] to times[i + 1]; outside, the first or last value is held.
+
+    Integration steps end at the times, and derivatives with respect to them are exact.
+    """
+
+    times: Param[Vector, "s"]  # times of the steps, increasing; one more than values
+    values: Param[Vector, ""]  # y between these times
+
+    def requirements(self) -> Requirements:
+        shape, wanted = jnp.shape(self.times), (len(jnp.ravel(self.values)) + 1,)
+        if jnp.ndim(self.values) != 1 or shape != wanted or shape[0] < 2:
+            return (require(False, "times must have one more element than values"),)
+        return (require(increasing(self.times), "times must be increasing"),)
+
+    def equations(self, d: Self) -> Equations:
+        return dict(staircase=eq(self.y.value, self.values[interval(self.t, self.times)]))

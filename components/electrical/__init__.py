@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ._brushed_motor import BrushedMotor as BrushedMotor
     from ._brushed_motor import MagnetEMF as MagnetEMF
     from ._current_control import CurrentControlledBridge as CurrentControlledBridge
+    from ._current_control import CurrentLimitedBridge as CurrentLimitedBridge
     from ._dq_machine import DqCurrents as DqCurrents
     from ._dq_machine import DqMachine as DqMachine
     from ._field_oriented import CurrentSetpoints as CurrentSetpoints
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
     from ._interfaces import Pin as Pin
     from ._interfaces import TwoPin as TwoPin
     from ._interfaces import TwoPort as TwoPort
-    from ._limited_bridge import CurrentLimitedBridge as CurrentLimitedBridge
     from ._linear_motors import LinearSynchronousMotor as LinearSynchronousMotor
     from ._linear_motors import VoiceCoil as VoiceCoil
     from ._machines import EMF as EMF

@@ -15,20 +15,19 @@ if TYPE_CHECKING:
     from ._accumulators import GasAccumulator as GasAccumulator
     from ._accumulators import SpringAccumulator as SpringAccumulator
     from ._accumulators import ThermalAccumulator as ThermalAccumulator
-    from ._chamber import Chamber as Chamber
     from ._characteristic_line import CharacteristicLine as CharacteristicLine
     from ._controlled_pumps import LoadSensingPump as LoadSensingPump
     from ._controlled_pumps import PowerLimitedPump as PowerLimitedPump
     from ._controlled_pumps import PressureCompensatedPump as PressureCompensatedPump
     from ._controlled_pumps import ServoPump as ServoPump
-    from ._cooler import Cooler as Cooler
     from ._cylinders import MasterCylinder as MasterCylinder
     from ._cylinders import SlaveCylinder as SlaveCylinder
+    from ._exchanger import Cooler as Cooler
+    from ._exchanger import CounterFlow as CounterFlow
+    from ._exchanger import CrossFlow as CrossFlow
     from ._exchanger import HeatExchanger as HeatExchanger
-    from ._exchanger_laws import CounterFlow as CounterFlow
-    from ._exchanger_laws import CrossFlow as CrossFlow
-    from ._exchanger_laws import ParallelFlow as ParallelFlow
-    from ._exchanger_laws import ShellAndTube as ShellAndTube
+    from ._exchanger import ParallelFlow as ParallelFlow
+    from ._exchanger import ShellAndTube as ShellAndTube
     from ._fill import fill as fill
     from ._fittings import EndCushion as EndCushion
     from ._fittings import Filter as Filter
@@ -62,7 +61,6 @@ if TYPE_CHECKING:
     from ._metering import MeteringEdge as MeteringEdge
     from ._moving_walls import RotaryVaneActuator as RotaryVaneActuator
     from ._moving_walls import SingleActingCylinder as SingleActingCylinder
-    from ._open_centre import SixWayValve as SixWayValve
     from ._pipe_friction import BlasiusFriction as BlasiusFriction
     from ._pipe_friction import ChurchillFriction as ChurchillFriction
     from ._pipe_friction import LaminarFriction as LaminarFriction
@@ -82,40 +80,41 @@ if TYPE_CHECKING:
     from ._pressure_valves import PressureReducingValve as PressureReducingValve
     from ._pressure_valves import SequenceValve as SequenceValve
     from ._pressure_valves import UnloadingValve as UnloadingValve
-    from ._proportional import PilotStage as PilotStage
-    from ._proportional import ProportionalValve as ProportionalValve
-    from ._proportional import ServoValve as ServoValve
     from ._pump import Pump as Pump
+    from ._pump_losses import MappedLosses as MappedLosses
     from ._pump_losses import PumpLosses as PumpLosses
     from ._pump_losses import SchloesserLosses as SchloesserLosses
     from ._pump_losses import WilsonLosses as WilsonLosses
-    from ._pump_maps import MappedLosses as MappedLosses
     from ._restrictions import AnnularGap as AnnularGap
     from ._restrictions import DrilledPassage as DrilledPassage
     from ._restrictions import LiquidOrifice as LiquidOrifice
     from ._restrictions import LocalLoss as LocalLoss
     from ._restrictions import VariableOrifice as VariableOrifice
-    from ._sensors import FlowSensor as FlowSensor
-    from ._sensors import PressureSensor as PressureSensor
-    from ._shuttles import PurgeValve as PurgeValve
-    from ._shuttles import ShuttleValve as ShuttleValve
     from ._solenoid_valve import LiftValve as LiftValve
     from ._solenoid_valve import SolenoidValve as SolenoidValve
     from ._sources import ConstantFlow as ConstantFlow
     from ._sources import ConstantPressure as ConstantPressure
+    from ._sources import FlowSensor as FlowSensor
+    from ._sources import PressureSensor as PressureSensor
     from ._sources import SignalFlow as SignalFlow
     from ._sources import SignalPressure as SignalPressure
     from ._sources import Tank as Tank
     from ._spool_valves import FourWayValve as FourWayValve
+    from ._spool_valves import PilotStage as PilotStage
+    from ._spool_valves import ProportionalValve as ProportionalValve
+    from ._spool_valves import ServoValve as ServoValve
+    from ._spool_valves import SixWayValve as SixWayValve
     from ._spool_valves import Spool as Spool
     from ._spool_valves import ThreeWayValve as ThreeWayValve
     from ._stopped import StickingPump as StickingPump
     from ._stopped import StoppedCylinder as StoppedCylinder
     from ._switching_valves import IdealCheckValve as IdealCheckValve
+    from ._switching_valves import PurgeValve as PurgeValve
+    from ._switching_valves import ShuttleValve as ShuttleValve
     from ._switching_valves import SnapReliefValve as SnapReliefValve
-    from ._tandem import TandemCylinder as TandemCylinder
     from ._tanks import BootstrapTank as BootstrapTank
     from ._tanks import LevelTank as LevelTank
+    from ._tanks import Vessel as Vessel
     from ._unsteady_friction import FrictionMemory as FrictionMemory
     from ._unsteady_friction import UnsteadyFrictionPipe as UnsteadyFrictionPipe
     from ._valves import CheckValve as CheckValve
@@ -124,10 +123,11 @@ if TYPE_CHECKING:
     from ._valves import Orifice as Orifice
     from ._valves import ReliefValve as ReliefValve
     from ._valves import SpringLoadedValve as SpringLoadedValve
-    from ._vessel import Vessel as Vessel
+    from ._volumes import Chamber as Chamber
     from ._volumes import Line as Line
     from ._volumes import Volume as Volume
     from ._working_cylinder import DoubleActingCylinder as DoubleActingCylinder
     from ._working_cylinder import HydraulicCylinder as HydraulicCylinder
+    from ._working_cylinder import TandemCylinder as TandemCylinder
 else:
     __getattr__, __dir__, __all__ = when_asked(__name__)

@@ -24,7 +24,7 @@ from ..blocks import Input
 from ..rotational import Flange
 from ._interfaces import FluidPort
 from ._liquid_pumps import LiquidPump, VariablePump
-from ._proportional import PilotStage
+from ._spool_valves import PilotStage
 
 
 class ControlledPump(LiquidPump, partial=True):

@@ -1,4 +1,4 @@
-"""Directional spool valves with metering edges."""
+"""Directional spool valves with metering edges, also with open centre or with spool dynamics."""
 
 import abc
 from typing import Any, Self
@@ -7,20 +7,24 @@ import jax.numpy as jnp
 
 from acausal import (
     ArgumentError,
+    Component,
+    Connections,
     Energy,
     Equations,
     Param,
     Requirements,
     Scalar,
     Var,
+    connect,
     eq,
     nonnegative,
     positive,
+    prefer,
     require,
 )
 
-from .._limit import limited
-from ..blocks import Input
+from .._limit import absolute, limited, positive_part
+from ..blocks import SISO, Input, Play, SecondOrder
 from ._heat_carrier import HeatCarrier, with_carrier
 from ._interfaces import FluidPort, MixedPart
 from ._valves import turbulent_flow
@@ -164,3 +168,102 @@ class FourWayValve(FourEdges):
     With a signal of either -1 or 1 it is a 4/2 valve. For spool dynamics, put a block such as `blocks.SecondOrder` in
     front of u; see `ProportionalValve`. `FourWaySpool` includes the flow forces on the spool.
     """
+
+
+class SixWayValve(FourEdges):
+    """6/3 valve with an open centre: the edges of a `FourWayValve`, and a bypass from c to d that closes as they open.
+
+    The bypass flow is K_c x sqrt(dp) with x = 1 - |u|/closed, at least 0, and K_c = bypass_flow/sqrt(rated_drop). In
+    the middle position, the pump flow passes at low pressure to the next valve or to the tank. See `Spool`.
+    """
+
+    bypass_flow: Param[Scalar, "m3/s", positive]  # flow through the open bypass at rated_drop
+    closed: Param[Scalar, "1", positive] = 0.6  # |u| above which the bypass is closed
+    q_cd: Var[Scalar, "m3/s"] = 0.0  # flow from c to d
+    c: FluidPort = FluidPort()
+    d: FluidPort = FluidPort()
+
+    def equations(self, d: Self) -> Equations:
+        share = self.bypass_flow / self.rated_flow * self._bypass()
+        return super().equations(d) | dict(
+            edge_cd=eq(self.q_cd, self._flow(self.c.p - self.d.p, share)),
+            flow_c=eq(self.c.q, self.q_cd),
+            flow_d=eq(self.d.q, -self.q_cd),
+        )
+
+    def _paths(self) -> dict[str, tuple[Any, Any]]:
+        return super()._paths() | dict(cd=(self.q_cd, self.c.p - self.d.p))
+
+    def _bypass(self) -> Scalar:
+        return positive_part(1.0 - absolute(self.u.value / self.closed))
+
+
+class DrivenValve(Component, partial=True):
+    """Base class of `FourWayValve`s with a stage between the signal u and the spool."""
+
+    valve: FourWayValve
+    u: Input = Input()
+    p: FluidPort = FluidPort()
+    t: FluidPort = FluidPort()
+    a: FluidPort = FluidPort()
+    b: FluidPort = FluidPort()
+
+    def connections(self) -> Connections:
+        return tuple(connect(getattr(self, port), getattr(self.valve, port)) for port in "ptab")
+
+
+class ProportionalValve(DrivenValve):
+    """A proportional or servo valve: a `FourWayValve` whose spool follows its signal u as a second-order lag.
+
+    `ProportionalValve(spool=SecondOrder(w=2 pi 50, D=0.8), valve=FourWayValve(...))`, with the small-signal corner
+    frequency of the data sheet. `ServoValve` also limits the spool speed and has hysteresis.
+    """
+
+    spool: SecondOrder
+
+    def connections(self) -> Connections:
+        signals = (connect(self.u, self.spool.u), connect(self.spool.y, self.valve.u))
+        return (*super().connections(), *signals)
+
+
+class PilotStage(SISO):
+    """The first stage of a servo valve or swash plate controller, which moves the second stage to the signal u.
+
+    With the opening z of the first stage and the position x: dx/dt = rate z, and
+    z follows w (u - x)/(2 D rate), limited to -1 .. 1, with a lag of 1/(2 D w). For small signals this is
+    d2x/dt2 + 2 D w dx/dt + w^2 x = w^2 u; for large signals, the flow of the first stage limits the speed of x
+    (Merritt, `Hydraulic Control Systems`, ch. 7). u is limited to -1 .. 1.
+    """
+
+    w: Param[Scalar, "rad/s", positive]  # corner frequency for small signals
+    D: Param[Scalar, "1", positive]  # damping ratio
+    rate: Param[Scalar, "1/s", positive]  # maximum speed, in strokes from the middle to an end per second
+    x: Var[Scalar, "1", prefer] = 0.0  # position
+    z: Var[Scalar, "1", prefer] = 0.0  # opening of the first stage
+
+    def equations(self, d: Self) -> Equations:
+        return dict(
+            first=eq(d.z, 2.0 * self.D * self.w * (limited(self._error(), -1.0, 1.0) - self.z)),
+            second=eq(d.x, self.rate * self.z),
+            output=eq(self.y.value, self.x),
+        )
+
+    def _error(self) -> Scalar:
+        return self.w / (2.0 * self.D * self.rate) * (limited(self.u.value, -1.0, 1.0) - self.x)
+
+
+class ServoValve(DrivenValve):
+    """A two-stage servo valve: hysteresis of the torque motor, `PilotStage` and `FourWayValve`.
+
+    `ServoValve(play=Play(width=0.02), stage=PilotStage(w=2 pi 100, D=0.8, rate=100.0), valve=FourWayValve(...))`, with
+    the hysteresis, corner frequency and full-stroke time 1/rate of the data sheet.
+    """
+
+    play: Play
+    stage: PilotStage
+
+    def connections(self) -> Connections:
+        signals = (
+            connect(self.u, self.play.u), connect(self.play.y, self.stage.u), connect(self.stage.y, self.valve.u),
+        )  # fmt: skip
+        return (*super().connections(), *signals)

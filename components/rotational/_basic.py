@@ -3,9 +3,25 @@
 from collections.abc import Mapping
 from typing import Any, Self
 
-from acausal import Component, Energy, Equations, Param, Record, Scalar, Var, eq, nonnegative, positive, prefer
+from acausal import (
+    Component,
+    Energy,
+    Equations,
+    Param,
+    Record,
+    Requirements,
+    Scalar,
+    Var,
+    Vector,
+    eq,
+    nonnegative,
+    positive,
+    prefer,
+)
 
+from .._checks import damping
 from .._starts import placed
+from .._tables import monotone_cubic
 from ._interfaces import Compliant, Flange
 
 
@@ -138,3 +154,31 @@ class SpringDamper(Compliant):
             stored=0.5 * self.c * (self.phi_rel - self.phi_rel0) ** 2,
             dissipated=self.d * self.w_rel**2,
         )
+
+
+class TabulatedDamper(Compliant):
+    """A torsional damper with a sampled characteristic tau(w_rel), such as that of a viscous coupling.
+
+    Monotone cubic interpolation with continuous slope, without extrema between the samples (Fritsch, Butland 1984);
+    linear extrapolation beyond them. The origin is a sample, because a damper at rest carries no torque.
+    """
+
+    speeds: Param[Vector, "rad/s"]  # relative speeds, increasing, with 0 among them
+    torques: Param[Vector, "N.m"]  # torques at these speeds, with the sign of the speed
+    w_rel: Var[Scalar, "rad/s"] = 0.0  # relative speed
+
+    def requirements(self) -> Requirements:
+        return damping(self, "torques", "speeds")
+
+    def torque(self) -> Scalar:
+        """Torque at the current relative speed in N.m."""
+        return monotone_cubic(self.w_rel, self.speeds, self.torques)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.w_rel, d.phi_rel),
+            characteristic=eq(self.tau, self.torque()),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.torque() * self.w_rel)

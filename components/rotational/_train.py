@@ -6,10 +6,10 @@ from collections.abc import Sequence
 from acausal import ArgumentError, Component, Connections, Scalar, connect
 
 from .._data_sheet import DataSheet
-from ._backlash import ElastoBacklash
 from ._basic import Fixed
 from ._gears import PlanetaryGearbox
 from ._interfaces import Flange
+from ._stops import ElastoBacklash
 
 
 class PlanetaryTrain(Component):

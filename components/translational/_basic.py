@@ -11,8 +11,10 @@ from acausal import (
     Equations,
     Param,
     Record,
+    Requirements,
     Scalar,
     Var,
+    Vector,
     eq,
     magnitude,
     nonnegative,
@@ -20,9 +22,10 @@ from acausal import (
     prefer,
 )
 
-from .._checks import numbers
+from .._checks import damping, numbers
 from .._limit import positive_part
 from .._starts import placed
+from .._tables import monotone_cubic
 from ._interfaces import Compliant, Flange
 
 
@@ -241,3 +244,33 @@ class DualRateSpring(Compliant):
     def energy(self) -> Energy:
         x = self.s_rel0 - self.s_rel
         return Energy(stored=0.5 * self.c_1 * x**2 + 0.5 * (self.c_2 - self.c_1) * self._beyond() ** 2)
+
+
+class TabulatedDamper(Compliant):
+    """A damper with a sampled characteristic f(v_rel), such as that of a shock absorber.
+
+    A shock absorber has more force in rebound (extension) than in bump.
+
+    Monotone cubic interpolation with continuous slope, without extrema between the samples (Fritsch, Butland 1984);
+    linear extrapolation beyond them. The origin is a sample, because a damper at rest carries no force.
+    """
+
+    speeds: Param[Vector, "m/s"]  # relative speeds, increasing, with 0 among them
+    forces: Param[Vector, "N"]  # forces at these speeds, with the sign of the speed
+    v_rel: Var[Scalar, "m/s"] = 0.0  # relative speed
+
+    def requirements(self) -> Requirements:
+        return damping(self, "forces", "speeds")
+
+    def force(self) -> Scalar:
+        """Force at the current relative speed in N."""
+        return monotone_cubic(self.v_rel, self.speeds, self.forces)
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(
+            relative_speed=eq(self.v_rel, d.s_rel),
+            characteristic=eq(self.f, self.force()),
+        )
+
+    def energy(self) -> Energy:
+        return Energy(dissipated=self.force() * self.v_rel)
