@@ -362,3 +362,68 @@ def test_loops_that_are_not_supported_are_refused() -> None:
             jax.jit(lambda x, name=name: jnp.asarray(value(library, name, x)))(3.0)
     with pytest.raises(ModelError, match="a while loop does not end"):
         value(library, "endless", 3.0)
+
+
+RECORDS = """
+package P
+  record S
+    Real k;
+    Real l = 2*k;
+  end S;
+  record R
+    Integer n;
+    S s(k = n);
+    Real x[n];
+    Real last;
+  end R;
+  record T = S(k = 7);
+  function filled
+    input Integer n;
+    output R r(n = n + 1, last = n);
+  algorithm
+    r.x[n] := 5;
+  end filled;
+  function given
+    input Real u;
+    output Real y;
+  protected
+    S s(k = u);
+    T t;
+  algorithm
+    y := s.l + t.l;
+  end given;
+  function by_default
+    input S s(k = 3);
+    output Real y = s.l;
+  algorithm
+  end by_default;
+  function several
+    input Real u;
+    output Real y;
+  protected
+    S s[2](k = {u, u});
+  algorithm
+    y := s[1].l;
+  end several;
+  model M
+    parameter R r = filled(2);
+    Real a = given(time);
+    parameter Real b = by_default();
+  end M;
+  model Several
+    Real a = several(time);
+  end Several;
+end P;
+"""
+
+
+def test_records_in_functions_start_with_the_values_of_their_modifiers() -> None:
+    flat = flat_model(RECORDS, "P.M")
+    library = Library(flat.functions, flat.enumerations)
+    r = value(library, "filled", 2)
+    assert (r["n"], r["s"], r["last"]) == (3, {"k": 3, "l": 6}, 2)
+    assert r["x"].tolist() == [0.0, 5.0, 0.0]
+    assert value(library, "given", 1.0) == 16.0
+    assert value(library, "by_default") == 6.0
+    with pytest.raises(ModelError, match="s is an array of records with modifiers, which is not supported"):
+        _ = flat_model(RECORDS, "P.Several").functions["P.several"]

@@ -631,7 +631,11 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
         return _record_total(here, name, t.Call(x.function, (x.body,), (), x.at), found)
     if name in ("min", "max"):
         return _extreme(here, name, t.Call(x.function, (x.body,), (), x.at), [found])
-    return _made(name, [found], REAL if found.type == ANY else found.type)
+    if not rank:
+        return _made(name, [found], REAL if found.type == ANY else found.type)
+    if 0 in found.dims and None not in found.dims:
+        return _made("zeros", [constant(n or 0) for n in found.dims[1:]], found.type, found.dims[1:], CONSTANT)
+    return _made(name, [found, constant(1)], found.type, found.dims[1:])
 
 
 def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:

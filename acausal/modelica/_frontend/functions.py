@@ -8,6 +8,7 @@ from .._syntax.flat import FlatFunction, Formal
 from . import tree as t
 from .calls import names_of, reads_component
 from .classes import ComponentElement, Instance
+from .modifiers import bindings
 from .typed import CONSTANT, Typed, type_of
 
 if TYPE_CHECKING:
@@ -81,7 +82,7 @@ class Functions(Mapping[str, FlatFunction]):
         check_annotations(instance)
         components = [one for one in instance.components() if one.name not in functions]
         inputs = [self._formal(one, known) for one in components if one.causality == "input"]
-        for component in _in_order([one for one in components if one.causality != "input"]):
+        for component in in_order([one for one in components if one.causality != "input"]):
             if component.causality == "output":
                 outputs.append(self._formal(component, known))
             else:
@@ -114,13 +115,10 @@ class Functions(Mapping[str, FlatFunction]):
     def _formal(self, component: ComponentElement, known: Mapping[str, Typed] | None = None) -> Formal:
         from .expressions import Expressions
 
-        default = None if reads_component(component) else self._context.default(component, known or {})
+        default = None if reads_component(component) else self._default(component, known or {})
         dims: list[e.Expression] = []
         sizes = self._context.formal_sizes(component)
-        stated = [(component.scope, size) for size in component.tree.dims]
-        for scope, more in component.prototype.type_dims():
-            stated += [(scope, size) for size in more]
-        for (scope, size), number in zip(stated, sizes, strict=True):
+        for (scope, size), number in zip(self._context.stated_sizes(component), sizes, strict=True):
             if number is not None:
                 dims.append(e.Const(number))
             elif isinstance(size, t.Whole):
@@ -128,6 +126,16 @@ class Functions(Mapping[str, FlatFunction]):
             else:
                 dims.append(Expressions(self._context, scope, known).single(size).x)
         return Formal(component.name, self.type_name(component), default.x if default else None, tuple(dims))
+
+    def _default(self, component: ComponentElement, known: Mapping[str, Typed]) -> Typed | None:
+        """The value of a variable of a function before it gets another one; None if it has none."""
+        binding = component.modifier.binding if component.modifier else None
+        is_record = binding is None and type_of(component.prototype).name == "record"
+        if is_record and any(bindings(component.modifier)) and self._context.stated_sizes(component):
+            raise component.error(f"{component.name} is an array of records with modifiers, which is not supported.")
+        if is_record and component.causality != "input" and not self._context.stated_sizes(component):
+            return self._context.record_of(component, known, is_open=True)
+        return self._context.default(component, known)
 
     def type_name(self, component: ComponentElement) -> str:
         """The type of a variable by its name, as the flat model has it."""
@@ -147,7 +155,7 @@ class Functions(Mapping[str, FlatFunction]):
         known = {
             one.name: Typed(e.Ref(one.name), type_of(one.prototype), self._context.formal_sizes(one)) for one in fields
         }
-        for one in _in_order(fields):
+        for one in in_order(fields):
             value = self._context.default(one, known) if one.variability == "constant" else None
             if value is not None and value.variability == CONSTANT:
                 known[one.name] = value
@@ -170,7 +178,7 @@ def _bodies(base: Instance) -> list[t.Section | t.External]:
     return [*(one for one in body.sections if one.clauses), *([body.external] if body.external else [])]
 
 
-def _in_order(components: list[ComponentElement]) -> list[ComponentElement]:
+def in_order(components: list[ComponentElement]) -> list[ComponentElement]:
     """The variables of a function, each after those that its value reads (section 12.4.4)."""
     known = {one.name: one for one in components}
     found: dict[str, ComponentElement] = {}

@@ -3,7 +3,7 @@
 import contextlib
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .._translate.values import Value, plain
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance, Top
 from .expressions import Expressions
-from .functions import Functions
+from .functions import Functions, in_order
 from .modifiers import Binding, Index, Modifier
 from .operators import written
 from .references import literal
@@ -25,6 +25,7 @@ from .typed import (
     Dims,
     Typed,
     accepts,
+    constant,
     element,
     field,
     indices,
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
     from .overconstrained import Graph
     from .streams import Streams
 
+ZEROS: Mapping[str, Value] = {"Real": 0.0, "Integer": 0, "enumeration": 0, "Boolean": False, "String": ""}
+_Fields: TypeAlias = Mapping[Instance, Mapping[str, Typed]]
 _SMALL = 16  # elements of constant arrays that are written where they are used
 
 
@@ -448,10 +451,15 @@ class Context:
         """The size of an input of a function, or of a field of a record, as far as it is the same for all values."""
         if component.is_local:
             return self.sizes(component)
-        stated: list[tuple[Instance, t.Expression]] = [(component.scope, size) for size in component.tree.dims]
+        sizes = self.stated_sizes(component)
+        return tuple(int(size.value) if isinstance(size, t.Literal) else None for _, size in sizes)
+
+    def stated_sizes(self, component: ComponentElement) -> list[tuple[Instance, t.Expression]]:
+        """The sizes in the text of a declaration and of its type, with the class instances that have them."""
+        found: list[tuple[Instance, t.Expression]] = [(component.scope, size) for size in component.tree.dims]
         for scope, sizes in component.prototype.type_dims():
-            stated += [(scope, size) for size in sizes]
-        return tuple(int(size.value) if isinstance(size, t.Literal) else None for _, size in stated)
+            found += [(scope, size) for size in sizes]
+        return found
 
     def attribute(self, component: ComponentElement, name: str) -> Typed | None:
         """The value of an attribute, such as `start`."""
@@ -460,25 +468,59 @@ class Context:
             return None
         return self.bound(modifier.binding)
 
-    def default(self, formal: ComponentElement, names: Mapping[str, Typed]) -> Typed | None:
-        """The default of an input of a function or constructor, for some other inputs."""
+    def default(
+        self, formal: ComponentElement, names: Mapping[str, Typed], around: _Fields | None = None
+    ) -> Typed | None:
+        """The default of an input of a function or constructor, for some other inputs. `around` are the fields of the
+        records around it.
+        """
         binding = formal.modifier.binding if formal.modifier else None
         if binding is not None:
-            return Expressions(self, binding.scope, names).single(binding.expression)
+            known = (around or {}).get(binding.scope.whole, names)
+            return Expressions(self, binding.scope, known).single(binding.expression)
         if type_of(formal.prototype).name == "record" and not self.sizes(formal):
-            return self.record_of(formal, names)
+            return self.record_of(formal, names, around)
         return None
 
-    def record_of(self, formal: ComponentElement, names: Mapping[str, Typed]) -> Typed | None:
-        """A record from the values of its fields in the modifiers of a component."""
+    def record_of(
+        self,
+        formal: ComponentElement,
+        names: Mapping[str, Typed],
+        around: _Fields | None = None,
+        *,
+        is_open: bool = False,
+    ) -> Typed | None:
+        """A record from the values of its fields in the modifiers of a component. Without one of them, it is None, or
+        if it `is_open`, the field is zero.
+        """
         instance = formal.prototype
-        values = [self.default(one, names) for one in instance.components()]
-        if any(value is None for value in values):
-            return None
-        known = [value for value in values if value is not None]
+        fields: dict[str, Typed] = {}
+        around = {**(around or {}), instance.whole: fields}
+        for one in in_order(list(instance.components())):
+            value = self.default(one, names, around)
+            if value is None and is_open:
+                value = self._zero(one, names, around)
+            if value is None:
+                return None
+            fields[one.name] = value
+        values = [fields[one.name] for one in instance.components()]
         name = self.functions.request_record(instance)
-        variability = max((value.variability for value in known), default=0)
-        return Typed(e.FunctionCall(name, tuple(v.x for v in known), True), type_of(instance), (), variability)
+        variability = max((value.variability for value in values), default=0)
+        return Typed(e.FunctionCall(name, tuple(v.x for v in values), True), type_of(instance), (), variability)
+
+    def _zero(self, field: ComponentElement, names: Mapping[str, Typed], around: _Fields) -> Typed | None:
+        """The value of a field of a record in a function before it gets one; None if its size is not known."""
+        kind = type_of(field.prototype)
+        value = constant(ZEROS[kind.name])._replace(type=kind) if kind.name in ZEROS else None
+        if kind.name == "record":
+            value = self.record_of(field, names, around, is_open=True)
+        sizes = self.stated_sizes(field)
+        if value is None or not sizes:
+            return value
+        if any(isinstance(size, t.Whole) for _, size in sizes):
+            return None
+        dims = tuple(Expressions(self, scope, around.get(scope.whole, names)).single(size).x for scope, size in sizes)
+        return value._replace(x=e.Builtin("Fill", (value.x, *dims)), dims=self.formal_sizes(field))
 
     def value_of(self, component: ComponentElement) -> Value:
         """The value of a constant or parameter. Raises `NotKnown`."""

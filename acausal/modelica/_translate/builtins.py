@@ -100,7 +100,9 @@ def _linspace(a: Value, b: Value, n: Value) -> Value:
     return _xp(a, b).linspace(a, b, int(n))
 
 
-def _sum(a: Value) -> Value:
+def _sum(a: Value, axis: Value | None = None) -> Value:
+    if axis is not None:
+        return _xp(a).sum(number(a), int(axis) - 1)
     return plain(_xp(a).sum(number(a))) if np.ndim(a) else a
 
 

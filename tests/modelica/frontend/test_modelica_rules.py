@@ -205,3 +205,12 @@ def test_values_of_functions_are_evaluated_in_the_order_in_which_they_depend_on_
         protected Real a = b + 1; Real b = x; algorithm y := a; end f;
         model M Real y = f(time); end M;""").functions["f"]
     assert [one.name for one in found.locals] == ["b", "a"]
+
+
+def test_a_sum_of_arrays_is_an_array() -> None:
+    assert variables("""model M parameter Integer n = 0; Real y[2] = sum({i, 2*i} for i in 1:3);
+        Real z[2] = sum({i, i} for i in 1:n); end M;""") == {
+        "n": "0", "y[2]": "Sum({{1, (2 * 1)}, {2, (2 * 2)}, {3, (2 * 3)}}, 1)", "z[2]": "Zeros(2)",
+    }  # fmt: skip
+    with pytest.raises(ModelicaError, match=re.escape("y has size a scalar, but its value has size [2]")):
+        flat("model M Real y = sum({i, 2*i} for i in 1:3); end M;")
