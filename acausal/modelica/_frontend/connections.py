@@ -2,7 +2,7 @@
 
 import dataclasses
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
@@ -60,6 +60,9 @@ class Pair:
     kind: str  # "", "flow" or "stream"
     place: SourcePlace
     error: "Callable[[str], TextError]" = dataclasses.field(compare=False)
+
+
+Flow: TypeAlias = tuple[str, Index, SourcePlace, tuple[bool, ...]]  # name, size, place, sides (`is_outside`)
 
 
 class Sets:
@@ -395,10 +398,10 @@ class Connections:
 
 def equations(
     connections: Connections,
-    flows: Sequence[tuple[str, Index, SourcePlace]],
+    flows: Sequence[Flow],
     is_broken: Callable[[Pair], bool],
 ) -> Iterator[FlatEquation]:
-    """The equations of the connections. `flows` are the names and sizes of all flow variables of connectors."""
+    """The equations of the connections. `flows` are all flow variables of connectors."""
     potentials, sums = Sets(), Sets()
     pairs: dict[ConnectorEnd, Pair] = {}
     for pair in connections.split(is_broken):
@@ -423,16 +426,22 @@ def equations(
             total = term if total is None else e.Binary("Add", total, term)
         assert total is not None
         yield FlatEquation(total, "", "flows", pairs[members[0]].place)
-    for name, dims, place in flows:
-        inside = [ConnectorEnd(name, index, False) for index in indices(dims)]
-        if dims and ConnectorEnd(name, (), False) in sums:
-            continue
-        open_ones = [one for one in inside if one not in sums]
-        if len(open_ones) == len(inside) and dims:
-            yield FlatEquation(e.Ref(name), "", "open flow", place)
-        else:
-            for one in open_ones:
-                yield FlatEquation(one.ref, "", "open flow", place)
+    for name, dims, place, sides in flows:
+        for is_outside in sides:
+            yield from _open(sums, name, dims, place, is_outside=is_outside)
+
+
+def _open(sums: Sets, name: str, dims: Index, place: SourcePlace, *, is_outside: bool) -> Iterator[FlatEquation]:
+    """The equations of a flow variable as far as nothing is connected to it."""
+    ends = [ConnectorEnd(name, index, is_outside) for index in indices(dims)]
+    if dims and ConnectorEnd(name, (), is_outside) in sums:
+        return
+    open_ones = [one for one in ends if one not in sums]
+    if len(open_ones) == len(ends) and dims:
+        yield FlatEquation(e.Ref(name), "", "open flow", place)
+    else:
+        for one in open_ones:
+            yield FlatEquation(one.ref, "", "open flow", place)
 
 
 def _fit(a: Type, b: Type) -> bool:

@@ -12,7 +12,7 @@ from .._translate.scope import NotKnown
 from . import tree as t
 from .algorithms import Statements, targets
 from .classes import ComponentElement, Instance, Top, check_subtype, join
-from .connections import Connections, equations
+from .connections import Connections, Flow, equations
 from .equations import Equations, Found
 from .expressions import Expressions
 from .library import Libraries, given
@@ -76,7 +76,7 @@ class _Flattening:
         self.functions: dict[str, FlatFunction] = {}
         self.instances: list[Instance] = []
         self.components: list[ComponentElement] = []  # variables and records
-        self.flows: list[tuple[str, Index, SourcePlace]] = []
+        self.flows: list[Flow] = []
         self.found, self.initial = Found(), Found()
         self.algorithms: list[Algorithm] = []
         self.initial_algorithms: list[Algorithm] = []
@@ -223,7 +223,10 @@ class _Flattening:
         else:
             self.components.append(component)
             if component.connection == "flow" and component.parent is not None and _in_connector(component):
-                self.flows.append((component.path, tuple(sizes), component.scope.source.place(component.tree.at)))
+                # One in an expandable connector may be open on both sides (section 9.2).
+                sides = (False, True) if _in_connector(component, ("expandable connector",)) else (False,)
+                place = component.scope.source.place(component.tree.at)
+                self.flows.append((component.path, tuple(sizes), place, sides))
 
     def _outer(self, component: ComponentElement) -> None:
         """Checks an outer component against its inner one, which the model gets if it lacks it (section 5.4)."""

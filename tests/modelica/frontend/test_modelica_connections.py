@@ -168,3 +168,13 @@ def test_connectors_that_do_not_match_are_refused(text: str, message: str) -> No
     with pytest.raises(ModelicaError, match=message) as found:
         flat(text)
     assert str(found.value).startswith("<model>.mo:1:")
+
+
+def test_flows_in_expandable_connectors_may_be_open_inside_and_outside() -> None:
+    text = """connector F Real e; flow Real f; end F; expandable connector B end B;
+        model L B b; F p; equation connect(p, b.x); end L;
+        model N B b; end N;
+        model M L l; N n; equation connect(l.b, n.b); end M;"""
+    assert [one for one in equations(text) if ".f" in one] == [
+        "(-l.p.f + -l.b.x.f) = 0", "(l.b.x.f + n.b.x.f) = 0", "l.p.f = 0", "n.b.x.f = 0",
+    ]  # fmt: skip
