@@ -130,6 +130,11 @@ def test_equations_functions_arrays_and_records() -> None:
 
 EVENTS = """
 model Events
+  function tell "has no result, as a message"
+    input Real x;
+  algorithm
+    assert(x > 0, "x");
+  end tell;
   parameter Real level = 0.5;
   Boolean high = time > level;
   Integer rises(start = 0, fixed = true), changes(start = 0, fixed = true), order(start = 0, fixed = true);
@@ -171,6 +176,7 @@ initial algorithm
 equation
   when time > 1 then
     given = pre(given) + 1;
+    tell(time);
   end when;
 algorithm
   when high then

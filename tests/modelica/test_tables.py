@@ -170,7 +170,7 @@ def test_wrong_tables_are_refused() -> None:
 
 def test_tables_are_read_from_files(tmp_path) -> None:
     text = tmp_path / "t.txt"
-    text.write_text("#1\ndouble a(1,2)\n7 8\ndouble b(2,2) # two rows\n 0 1 # first\n\n2\n 3\n")
+    text.write_text("#1\ndouble a(1,2)\n7 8\ndouble b (2 2) # two rows\n 0 1 # first\n\n2\n 3\n")
     assert matrix(str(text), "b").tolist() == [[0.0, 1.0], [2.0, 3.0]]
     table = EXTERNAL["ModelicaStandardTables_CombiTable1D_init3"]("b", str(text), np.zeros((0, 2)), [2], 1)
     assert table.value(1, 1.0) == 2.0

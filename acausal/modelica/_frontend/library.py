@@ -105,12 +105,12 @@ class Libraries:
 
     def resource(self, uri: str) -> str:
         """The file that a URI `modelica://Library.Package/path` names (section 13.5); the URI itself if none does."""
-        name, _, path = uri.removeprefix("modelica://").partition("/")
+        name, slash, path = uri.removeprefix("modelica://").partition("/")
         first, *parts = name.split(".")
         found = self.find(first)
         while found is not None and found.folder is not None:
             if not parts or (inner := found.load(parts[0])) is None or inner.folder is None:
-                return str(found.folder / path)
+                return f"{found.folder}{slash}{path}"
             found, parts = inner, parts[1:]
         return uri
 

@@ -75,15 +75,14 @@ class _ClassParser(ClauseParser):
         if self.kind == "=" and not is_class_extends:
             self.i += 1
             body = self._short()
-            constraint = self._constraint() if is_replaceable else None
             annotation = self._comment_annotation()
         elif is_short:
             raise self.unexpected("`=` and the name of a class")
         else:
             body, annotation = self._long(name, is_class_extends)
-            constraint = self._constraint() if is_replaceable else None
-            if constraint is not None:
-                self._comment_annotation()
+        constraint = self._constraint() if is_replaceable else None
+        if constraint is not None:
+            annotation = self._comment_annotation() or annotation
         return t.Class(
             name,
             kind,

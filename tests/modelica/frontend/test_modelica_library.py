@@ -143,6 +143,8 @@ def test_a_uri_names_a_file_of_a_package(tmp_path: Path) -> None:
     libraries = Libraries([], [written(tmp_path, files)])
     assert libraries.resource("modelica://Lib/Data/a.txt") == str(tmp_path / "Lib 1.0" / "Data" / "a.txt")
     assert libraries.resource("modelica://Lib.Sub/a.txt") == str(tmp_path / "Lib 1.0" / "Sub" / "a.txt")
+    assert libraries.resource("modelica://Lib/Data/") == f"{tmp_path / 'Lib 1.0' / 'Data'}/"
+    assert libraries.resource("modelica://Lib") == str(tmp_path / "Lib 1.0")
     assert libraries.resource("modelica://Other/a.txt") == "modelica://Other/a.txt"
     text = 'model M parameter String file = "modelica://Lib/a.txt"; end M;'
     binding = flat_model(text, "M", [tmp_path]).variables["file"].binding

@@ -198,6 +198,19 @@ def test_classes() -> None:
     assert (function.body.external.name, len(function.body.external.args)) == ("g", 2)
 
 
+@pytest.mark.parametrize("declared", ['model B "text" end B', 'model B = C "text"', 'B c "text"'])
+def test_a_constraint_follows_the_comment_of_its_declaration(declared: str) -> None:
+    found = only_class(
+        f'model M replaceable {declared} constrainedby D(x = 1) "text" annotation(Evaluate = true); end M;'
+    )
+    assert isinstance(found.body, t.Long)
+    (one,) = found.body.elements
+    assert isinstance(one, t.Class | t.Component)
+    assert one.constraint is not None
+    assert str(one.constraint.type) == "D"
+    assert isinstance(one, t.Component) or one.annotation is not None
+
+
 def test_equations_and_statements() -> None:
     found = only_class(
         "model M equation connect(a.b, c[1]); for i in 1:2 loop x[i] = 1; end for; if a then b = 1; elseif c then"

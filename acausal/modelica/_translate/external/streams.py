@@ -23,7 +23,7 @@ def _read_line(file: str, number: int) -> tuple[str, bool]:
 
 FUNCTIONS: dict[str, Callable[..., Any]] = {
     "ModelicaInternal_print": lambda text="", file="": (),
-    "ModelicaInternal_fullPathName": lambda name: str(Path(name).resolve()),
+    "ModelicaInternal_fullPathName": lambda name: f"{Path(name).resolve()}{name[len(name.rstrip('/')) :]}",
     "ModelicaInternal_countLines": lambda file: len(_lines(file)),
     "ModelicaInternal_readLine": _read_line,
     "ModelicaStreams_closeFile": lambda file: (),

@@ -10,7 +10,7 @@ import numpy as np
 from ...._errors import ModelError
 from ..._files_read import reads
 
-_HEADER = re.compile(r"^\s*(?:double|float)\s+(\w+)\s*\(\s*(\d+)\s*,\s*(\d+)\s*\)")
+_HEADER = re.compile(r"^\s*(?:double|float)\s+(\w+)\s*\(\s*(\d+)[\s,]+(\d+)\s*\)")
 
 
 def matrix(file: str, name: str, delimiter: str = ",", header_lines: int = 0) -> Any:
