@@ -11,8 +11,8 @@ import scipy  # imports its parts on use
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
 from .._sparse_matrix import Structure
-from .jaxpr import bind, called, differentiable_call, interpreted, shape_of
-from .scalarise import ELEMENTWISE, INDEXED_MOVES, MOVES
+from .jaxpr import MOVES, bind, called, differentiable_call, interpreted, shape_of
+from .scalarise import ELEMENTWISE, INDEXED_MOVES
 
 _JOINS = frozenset(("concatenate", "stack", "pad"))
 

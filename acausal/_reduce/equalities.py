@@ -4,10 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
-from .jaxpr import called, interpreted, is_floating
+from .jaxpr import JOINS, LOGIC, MOVES, called, interpreted, is_floating
 
-_LOGIC = ("and", "or", "not", "xor", "reduce_and", "reduce_or")
-_MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 _STAIRS = ("floor", "ceil", "round", "sign")
 
 
@@ -40,7 +38,7 @@ def _outputs(eqn: JaxprEqn, args: list[_Seen]) -> list[_Seen]:
     is_equality = False
     if name in ("eq", "ne") and is_floating(eqn.invars[0]):
         is_equality = any(arg.moves for arg in args)
-    elif name in _LOGIC or name in _MOVED:
+    elif name in LOGIC or name in MOVES or name in JOINS:
         is_equality = any(arg.is_equality for arg in args)
     real = [arg.moves for atom, arg in zip(eqn.invars, args, strict=True) if is_floating(atom)]
     moves = any(real) and name not in _STAIRS

@@ -14,7 +14,7 @@ from jax import Array
 
 from .._indices import unsigned
 from .._jax_private import ClosedJaxpr, JaxprEqn
-from .jaxpr import bind, called, interpreted, is_floating
+from .jaxpr import JOINS, MOVES, bind, called, interpreted, is_floating, joined
 
 # ("holds", k) and ("fails", k) for relation k; ("and", a, b) and ("or", a, b) for expressions.
 Expression: TypeAlias = tuple[Any, ...]
@@ -155,7 +155,6 @@ _LOGIC: dict[str, Callable[..., Expression]] = {
     "select_n": choice,
 }
 _FOLDED: dict[str, Callable[..., Expression]] = {"reduce_and": both, "reduce_or": either}
-_MOVED = ("copy", "squeeze", "reshape", "broadcast_in_dim", "slice", "transpose")
 
 
 class Relations(NamedTuple):
@@ -205,10 +204,12 @@ def _logic(eqn: JaxprEqn, args: Sequence[_Known], relations: Relations) -> np.nd
         return None
     if name in _LOGIC:
         return mapped(_LOGIC[name], *(_expressions(value, found, relations) for value, found in args))
+    if name in JOINS:
+        return joined(eqn, [_expressions(value, found, relations) for value, found in args])
     found = args[0][1]
     if name in _FOLDED and found is not None:
         return folded(_FOLDED[name], found, eqn.params["axes"])
-    if name in _MOVED and found is not None:
+    if name in MOVES and found is not None:
         with jax.ensure_compile_time_eval():
             places = bind(eqn, [jnp.arange(found.size).reshape(found.shape)])[0]
         elements: Any = found.ravel()

@@ -16,7 +16,7 @@ import numpy as np
 from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
-from .jaxpr import bind, called, differentiable_call, interpreted, shape_of
+from .jaxpr import MOVES, bind, called, differentiable_call, interpreted, shape_of
 
 Signs = frozenset[int]
 ANY: Signs = frozenset((-1, 0, 1))
@@ -149,8 +149,7 @@ def _power(a: Form, exponent: int) -> Form:
     return _opaque([a], signs)
 
 
-_REARRANGE = {"broadcast_in_dim", "reshape", "squeeze", "expand_dims", "transpose", "reduce_sum", "slice", "rev",
-              "cumsum", "dynamic_slice", "gather"}  # fmt: skip
+_REARRANGE = MOVES | {"reduce_sum", "cumsum", "dynamic_slice", "gather"}
 _KEEP = {"convert_element_type", "copy", "copy_p", "optimization_barrier", "reduce_precision"}
 _SIGNS: dict[str, Callable[[Signs], Signs]] = {
     "exp": lambda s: POSITIVE,

@@ -27,12 +27,23 @@ from .._numbers import Numbers
 
 T = TypeVar("T")
 
+# Primitives that only move elements, those that join arrays along an axis, and those that combine truth values.
+MOVES = frozenset(("copy", "slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))
+JOINS = {"stack": (np.stack, "axis"), "concatenate": (np.concatenate, "dimension")}
+LOGIC = frozenset(("and", "or", "not", "xor", "reduce_and", "reduce_or"))
+
 
 class Slice(NamedTuple):
     """A part of a jaxpr that computes some of its outputs, and the inputs that it reads."""
 
     jaxpr: ClosedJaxpr
     used: tuple[int, ...]
+
+
+def joined(eqn: JaxprEqn, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """Arrays of objects, joined as by an equation."""
+    function, axis = JOINS[eqn.primitive.name]
+    return function([array.astype(object) for array in arrays], axis=eqn.params[axis])
 
 
 def slice_output(closed: ClosedJaxpr, output: int) -> Slice:

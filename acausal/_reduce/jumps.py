@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .flat_model import FlatModel
-from .jaxpr import called, interpreted, is_floating
+from .jaxpr import JOINS, LOGIC, MOVES, called, interpreted, is_floating
 from .stated import templates
 from .template import Template
 
 _RELATIONS = ("lt", "le", "gt", "ge")
-_LOGIC = ("and", "or", "not", "xor", "select_n", "broadcast_in_dim", "reshape", "squeeze", "reduce_and", "reduce_or")
+_OF_TRUTHS = LOGIC | MOVES | JOINS.keys() | {"select_n"}
 
 
 class JumpWarning(UserWarning):
@@ -57,7 +57,7 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[_Value], found: list[JaxprEqn]) 
             return [_Value(moves, moves)]
         if name == "select_n" and args[0].is_truth and is_floating(eqn.outvars[0]) and _differ(eqn, args[1:]):
             found.append(eqn)
-        is_truth = name in _LOGIC and not is_floating(eqn.outvars[0]) and any(arg.is_truth for arg in args)
+        is_truth = name in _OF_TRUTHS and not is_floating(eqn.outvars[0]) and any(arg.is_truth for arg in args)
         return [_Value(moves, is_truth)] * len(eqn.outvars)
 
     return interpreted(closed, inputs, outputs, lambda value: _Value(False, False))

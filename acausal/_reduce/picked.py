@@ -11,10 +11,8 @@ from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
 from .._tracing import is_traced
-from .jaxpr import bind, interpreted, shape_of, structs
-from .scalarise import MOVES, moved, objects
-
-_JOINS = {"stack": (np.stack, "axis"), "concatenate": (np.concatenate, "dimension")}
+from .jaxpr import JOINS, MOVES, bind, interpreted, joined, shape_of, structs
+from .scalarise import moved, objects
 
 
 class _Joined(NamedTuple):
@@ -26,7 +24,7 @@ class _Joined(NamedTuple):
 
 def picked(closed: ClosedJaxpr) -> ClosedJaxpr:
     """The program in which a scalar that is an element of a joined array is read directly."""
-    if not any(eqn.primitive.name in _JOINS for eqn in closed.jaxpr.eqns):
+    if not any(eqn.primitive.name in JOINS for eqn in closed.jaxpr.eqns):
         return closed
 
     def program(*inputs: Array) -> list[Array]:
@@ -46,11 +44,10 @@ def _apply(eqn: JaxprEqn, args: Sequence[Any]) -> list[Any]:
 def _elements(eqn: JaxprEqn, args: Sequence[Any]) -> np.ndarray | None:
     """The elements of the result of an operation that joins scalars, or moves elements of what is joined."""
     name = eqn.primitive.name
-    if name in _JOINS:
-        function, axis = _JOINS[name]
+    if name in JOINS:
         parts = [_elements_of(arg) for arg in args]
         known = [part for part in parts if part is not None]
-        return function(known, axis=eqn.params[axis]) if len(known) == len(parts) else None
+        return joined(eqn, known) if len(known) == len(parts) else None
     if name in MOVES and (isinstance(args[0], _Joined) or math.prod(shape_of(eqn.outvars[0])) == 1):
         elements = _elements_of(args[0])
         return None if elements is None else moved(eqn, [elements])

@@ -11,7 +11,7 @@ import numpy as np
 from jax import Array
 
 from .._jax_private import ClosedJaxpr, JaxprEqn
-from .jaxpr import bind, called, interpreted, shape_of
+from .jaxpr import JOINS, MOVES, bind, called, interpreted, joined, shape_of
 
 ELEMENTWISE = frozenset(
     """
@@ -20,7 +20,6 @@ ELEMENTWISE = frozenset(
     floor ceil round rem select_n lt le gt ge eq ne and or not convert_element_type is_finite copy
     """.split()
 )
-MOVES = frozenset(("slice", "reshape", "squeeze", "expand_dims", "broadcast_in_dim", "transpose", "rev"))
 INDEXED_MOVES = frozenset(("gather", "dynamic_slice"))
 
 
@@ -65,10 +64,8 @@ def _apply(eqn: JaxprEqn, args: list[np.ndarray]) -> list[np.ndarray]:
         return [_elementwise(eqn, args)]
     if name in MOVES or (name in INDEXED_MOVES and not any(symbolic[1:])):
         return [moved(eqn, args)]
-    if name == "concatenate":
-        return [np.concatenate([arg.astype(object) for arg in args], axis=eqn.params["dimension"])]
-    if name == "stack":
-        return [np.stack([arg.astype(object) for arg in args], axis=eqn.params["axis"])]
+    if name in JOINS:
+        return [joined(eqn, args)]
     if name == "reduce_sum":
         return [_summed(args[0], eqn.params["axes"])]
     if name == "dot_general" and not any(eqn.params["dimension_numbers"][1]):

@@ -2,6 +2,7 @@
 
 import itertools
 import operator
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -71,6 +72,27 @@ def test_a_margin_has_the_sign_of_its_relation_and_a_slope(relation: Any, a: flo
     assert (margin(jnp.asarray(a), jnp.asarray(b)) > 0.0) == relation(a, b)
     slope = 1.0 if relation in (operator.gt, operator.ge) else -1.0
     assert jax.grad(margin, (0, 1))(a, b) == (slope, -slope)
+
+
+@pytest.mark.parametrize(
+    "moved",
+    [jnp.flip, jnp.copy, jnp.transpose, lambda x: x[::-1], lambda x: jnp.expand_dims(x, 0), lambda x: x.reshape(2, 2)],
+)
+def test_moved_truths_keep_their_relations(moved: Callable[[Any], Any]) -> None:
+    x = jnp.array([-3.0, 2.0, 5.0, -7.0])
+    found, (logic,) = relations(jax.make_jaxpr(lambda x: moved(x > 1.0))(x), [x])
+    np.testing.assert_array_equal(np.concatenate(found.indicators), x - 1.0)
+    expected = np.asarray(moved(np.arange(4)))
+    assert logic.shape == expected.shape
+    assert [number for _, number in logic.ravel()] == expected.ravel().tolist()
+
+
+@pytest.mark.parametrize("join", [jnp.stack, jnp.concatenate])
+def test_joined_truths_keep_their_relations(join: Callable[[Any], Any]) -> None:
+    x, y = jnp.array([-3.0, 2.0]), jnp.array([5.0, -7.0])
+    found, (logic,) = relations(jax.make_jaxpr(lambda x, y: jnp.any(join([x > 1.0, y > 2.0])))(x, y), [x, y])
+    np.testing.assert_array_equal(np.concatenate(found.indicators), [*(x - 1.0), *(y - 2.0)])
+    assert literals_of(logic.item()) == {"holds": {0, 1, 2, 3}, "fails": set()}
 
 
 @pytest.mark.parametrize("seed", range(20))

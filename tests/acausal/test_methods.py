@@ -68,6 +68,10 @@ BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "every zero": (lambda s: dict(e=at(0.1, every=0.0, mode=1.0)), "`every` must be positive"),
     "equal": (lambda s: dict(e=when(s.x == 0.5, mode=1.0)), "part.events: e tests real numbers for equality"),
     "unequal": (lambda s: dict(e=when(s.x != 0.5, mode=1.0)), "tests real numbers for equality"),
+    "equal in an array": (
+        lambda s: dict(e=when(jnp.any(jnp.stack([s.x == 0.5, s.x > 2.0])), mode=1.0)),
+        "tests real numbers for equality",
+    ),
     "equal in logic": (lambda s: dict(e=when((s.mode > 0) | ~(2 * s.x == 1.0), mode=1.0)), "tests real numbers"),
     "equal in an array": (lambda s: dict(e=when(jnp.any(s.x == jnp.arange(3.0)), mode=1.0)), "tests real numbers"),
 }
