@@ -33,6 +33,14 @@ model M
   algorithm
     y := if x > 1 then x*log(x - 1) else x;
   end logarithm;
+  function length
+    input Real x;
+    output Real y;
+  protected
+    Real v[2] = {3*x, 4*x};
+  algorithm
+    y := sqrt(v*v + sum(v.^2) + (2*x)^2);
+  end length;
   function checked
     input Real x;
     output Real y;
@@ -89,7 +97,7 @@ model M
     end for;
     y := y + two(x) - x;
   end horner;
-  Real a = root(time) + logarithm(time) + checked(time) + newton(time + 1) + horner({1, 2, 3}, time);
+  Real a = root(time) + length(time) + logarithm(time) + checked(time) + newton(time + 1) + horner({1, 2, 3}, time);
   Real b = position({1, 2, 3}, time);
   Real c;
   Real d;
@@ -152,6 +160,9 @@ def value(library: Library, name: str, *args: object) -> Any:
         ("root", 0.0, 0.0, 0.0),
         ("logarithm", 1.0, 1.0, 1.0),
         ("logarithm", 3.0, 3.0 * math.log(2.0), math.log(2.0) + 1.5),
+        ("length", 2.0, 2.0 * math.sqrt(54.0), math.sqrt(54.0)),
+        ("length", -2.0, 2.0 * math.sqrt(54.0), -math.sqrt(54.0)),
+        ("length", 0.0, 0.0, 0.0),
         ("checked", 2.0, 6.0, 3.0),
         ("newton", 9.0, 3.0, 1.0 / 6.0),
     ],

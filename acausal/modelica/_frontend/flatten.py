@@ -320,7 +320,7 @@ class _Flattening:
             min=value("min"),
             max=value("max"),
             nominal=value("nominal"),
-            unit=self._text(attributes.get("unit")),
+            unit=self._unit(attributes.get("unit")),
             select=self._select(component, attributes.get("stateSelect")),
             is_flow=connection == "flow",
             is_stream=connection == "stream",
@@ -405,11 +405,13 @@ class _Flattening:
         flat = np.asarray(value).reshape(-1)
         return (bool(flat[0]),) if len(set(flat.tolist())) == 1 else tuple(bool(one) for one in flat)
 
-    def _text(self, found: Typed | None) -> str | None:
+    def _unit(self, found: Typed | None) -> str | None:
+        """The unit of all elements; None if it is not known or they have several."""
         try:
-            return None if found is None else str(self.context.value(found.x))
+            units: set[str] = set() if found is None else set(np.ravel(self.context.value(found.x)).tolist())
         except NotKnown:
             return None
+        return str(units.pop()) if len(units) == 1 else None
 
     def _select(self, component: ComponentElement, found: Typed | None) -> str:
         if found is None:

@@ -59,14 +59,32 @@ def _is_part(x: Any) -> bool:
 
 
 def _root(args: Args, at: Scope, evaluate: Evaluate) -> Value:
-    """A square root. That of max(low, x) is constant where x is less; the slope of the root at 0 is infinite."""
+    """A square root, whose slope at 0 is infinite. That of max(low, x) is constant where x is less. That of a sum of
+    squares is a length, whose slope at 0 is 0, the mean of those on both sides.
+    """
     root = FUNCTIONS["Sqrt"]
+    if _is_sum_of_squares(args[0]):
+        value = number(evaluate(args[0], at))
+        return root(value) if is_known(value) else choose(value > 0.0, lambda: root(value), lambda: 0.0 * value)
     match args[0]:
         case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
             value = number(evaluate(x, at))
             if not is_known(value):
                 return choose(value > low.value, lambda: root(value), lambda: root(low.value))
     return root(evaluate(args[0], at))
+
+
+def _is_sum_of_squares(x: Any) -> bool:
+    match x:
+        case e.Binary("Add", left, right):
+            return _is_sum_of_squares(left) and _is_sum_of_squares(right)
+        case e.Binary("Mul", left, right):
+            return left == right
+        case e.Binary("Exp" | "ExpElem", _, e.Const(2)):
+            return True
+        case e.Builtin("Sum", (inner,)):
+            return _is_sum_of_squares(inner)
+    return False
 
 
 def _held_floor(args: Args, at: Scope, evaluate: Evaluate) -> Value:

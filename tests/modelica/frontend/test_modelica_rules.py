@@ -214,3 +214,8 @@ def test_a_sum_of_arrays_is_an_array() -> None:
     }  # fmt: skip
     with pytest.raises(ModelicaError, match=re.escape("y has size a scalar, but its value has size [2]")):
         flat("model M Real y = sum({i, 2*i} for i in 1:3); end M;")
+
+
+def test_an_array_has_a_unit_if_its_elements_have_the_same() -> None:
+    found = flat('model M Real x[2](unit = {"m", "rad"}), y[2](unit = {"m", "m"}), z[2](each unit = "s"); end M;')
+    assert {v.name: v.unit for v in found.variables.values()} == {"x": None, "y": "m", "z": "s"}
