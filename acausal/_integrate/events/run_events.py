@@ -210,7 +210,8 @@ class RunEvents(EventNumbers):
 
     def typical(self, leaf: int, args: RunArgs) -> Numbers:
         """A typical value: that of a parameter; a different random number near the nominal size for each variable; zero
-        for a discrete variable, whose initial value may be far off until it is set.
+        for a discrete variable, whose initial value may be far off until it is set. Times without a nominal size are
+        not longer than the run.
         """
         flat = self.system.flat.leaves[leaf]
         if flat.declaration.role == "discrete":
@@ -218,7 +219,10 @@ class RunEvents(EventNumbers):
         if not self.system.flat.is_variable(leaf):
             return jnp.asarray(args.inputs.params.leaves[leaf], float)
         shape = flat.stack + flat.sizes
-        return jnp.asarray(nominal_size(flat) * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
+        size: Numbers = nominal_size(flat)
+        if flat.declaration.unit == "s" and flat.nominal is None and flat.declaration.nominal is None:
+            size = jnp.minimum(size, jnp.abs(args.numbers.t1 - args.numbers.t0))
+        return jnp.asarray(size * np.random.default_rng(leaf).uniform(0.5, 1.0, shape))
 
     def here(self, t: Numbers, y: Array, args: RunArgs, *, is_start: bool = True) -> Here:
         """The event indicators at a point, the new values that events would set there, and the stored energy."""
