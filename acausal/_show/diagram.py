@@ -17,7 +17,7 @@ from .._integrate.results.solution import Solution
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import children, flatten
 from .._reduce.graph import connected
-from .symbol import colour_of_class, domain_of
+from .schematic.symbols import colour_of_class, domain_of
 
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00", "#56b4e9", "#7f3c8d", "#444444")
 

@@ -15,8 +15,22 @@ from .._units.display import Scale
 from .diagram import Diagram
 from .schematic.graph import Glyph, Terminal, graph_of
 from .schematic.layout import Schematic, Wire, layout
-from .schematic.symbols import DARK, GRID, ROOT, Point, Symbol, Turned, drawn, word
-from .symbol import box, domain_of, has_symbols, is_input, ports_of, symbol_of
+from .schematic.symbols import (
+    DARK,
+    GRID,
+    ROOT,
+    Point,
+    Symbol,
+    Turned,
+    box,
+    domain_of,
+    drawn,
+    has_symbols,
+    is_input,
+    ports_of,
+    symbol_of,
+    word,
+)
 
 
 class Look(NamedTuple):

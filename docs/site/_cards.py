@@ -10,7 +10,7 @@ from typing import Any
 
 from acausal import Component, Record
 from acausal._declare.class_card import Row, card_of, own_text
-from acausal._show.symbol import DARK, symbol_svg
+from acausal._show.schematic.symbols import DARK, symbol_svg
 from components import blocks, electrical, hydraulic, planar, rotational, thermal, translational
 
 from .._execute import ROOT

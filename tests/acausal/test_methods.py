@@ -68,7 +68,7 @@ BAD_EVENTS: dict[str, tuple[Callable[[Any], Any], str]] = {
     "every zero": (lambda s: dict(e=at(0.1, every=0.0, mode=1.0)), "`every` must be positive"),
     "equal": (lambda s: dict(e=when(s.x == 0.5, mode=1.0)), "part.events: e tests real numbers for equality"),
     "unequal": (lambda s: dict(e=when(s.x != 0.5, mode=1.0)), "tests real numbers for equality"),
-    "equal in an array": (
+    "equal in a joined array": (
         lambda s: dict(e=when(jnp.any(jnp.stack([s.x == 0.5, s.x > 2.0])), mode=1.0)),
         "tests real numbers for equality",
     ),

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from acausal import Component
-from acausal._show.symbol import box, ports_of_class, symbol_of, symbol_svg
+from acausal._show.schematic.symbols import box, ports_of_class, symbol_of, symbol_svg
 
 DOMAINS = ("blocks", "electrical", "hydraulic", "planar", "rotational", "thermal", "translational")
 PACKAGES = {domain: importlib.import_module(f"components.{domain}") for domain in DOMAINS}
