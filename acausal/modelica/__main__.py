@@ -3,6 +3,7 @@
 import argparse
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -139,13 +140,14 @@ def _in_own_process(name: str, options: argparse.Namespace, before: Compared | N
     command = [sys.executable, "-m", "acausal.modelica", "scoreboard", "--one", name, "--rows", options.rows]
     command += [*(f"--roots={root}" for root in options.roots), "--references", options.references]
     command += ["--gradients"] if options.gradients else []
+    start = time.monotonic()
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=options.limit, check=False)
         reason = (done.stderr.strip().splitlines() or ["the process ended"])[-1]
     except subprocess.TimeoutExpired:
         reason = f"longer than {options.limit:g} s"
     if saved(Path(options.rows)).get(name) == before:
-        save(Compared(name, "run", reason), Path(options.rows))
+        save(Compared(name, "run", reason, seconds=time.monotonic() - start), Path(options.rows))
 
 
 if __name__ == "__main__":

@@ -42,7 +42,7 @@ def test_failed_rows_run_again_on_request(references: Path, tmp_path: Path, monk
 
 
 def test_the_page_lists_models_that_agree() -> None:
-    assert "| L.Parts.Good | agrees | x by 2e-05 of its range |" in written(
+    assert "| L.Parts.Good | agrees | 0 | x by 2e-05 of its range |" in written(
         [Compared("L.Parts.Good", "agrees", deviations={"x": 2e-5})], "about", {}
     )
 

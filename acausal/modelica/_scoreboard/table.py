@@ -24,7 +24,8 @@ def library_of(model: str) -> str:
 
 
 def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[str, float]]) -> str:
-    """A page in Markdown: the twins, counts by sub-library, and each model, with its largest deviation or why it fails.
+    """A page in Markdown: the twins, counts by sub-library, and each model with its time, and its largest deviation or
+    why it fails.
 
     `twins` are the deviations of the signals of each circuit that was made twice.
     """
@@ -35,8 +36,8 @@ def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[st
     lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_twin_lines(twins)]
     if rows:
         lines += [*_HEAD, *(_line(name, own) for name, own in sorted(libraries.items()))]
-        lines += [_line("**all**", rows), "", "| Model | Result | Reason |", "|---|---|---|"]
-        lines += [f"| {row.model} | {row.stage} | {_reason(row)} |" for row in rows]
+        lines += [_line("**all**", rows), "", "| Model | Result | Time in s | Reason |", "|---|---|---|---|"]
+        lines += [f"| {row.model} | {row.stage} | {row.seconds:.0f} | {_reason(row)} |" for row in rows]
     return "\n".join(lines) + "\n"
 
 
