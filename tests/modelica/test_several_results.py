@@ -5,7 +5,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from acausal import SimulationError, simulate
-from acausal.modelica import load
+from acausal.modelica import ModelicaError, load
 
 TEXT = """
 model M
@@ -70,3 +70,38 @@ def test_calls_without_results_in_when_clauses_print_or_fail() -> None:
     assert_allclose(simulate(model, 0.9, save="end")["x"][-1], 0.9)
     with pytest.raises(SimulationError, match=r"At t = 1 s: .*x is large"):
         simulate(model, 1.5)
+
+
+CHOSEN = """
+model M
+  function both
+    input Real x;
+    output Real once, twice;
+  algorithm
+    once := x;
+    twice := 2*x;
+  end both;
+  discrete Real a(start = 0, fixed = true), b(start = 0, fixed = true);
+  Real c, d, e;
+equation
+  when time > 0.25 then
+    (, a) = both(time);
+    b = both(time);
+  end when;
+  if time > 0.5 then
+    (c, d) = both(time);
+  else
+    (c, d) = both(-time);
+  end if;
+  e = if time > 0.5 then both(time) else 3;
+end M;
+"""
+
+
+def test_results_are_chosen_one_by_one() -> None:
+    """A result may be dropped, and in an expression the first one counts."""
+    solution = simulate(load(CHOSEN, "M"), 1.0, save=np.array([0.4, 0.8]))
+    found = [solution[name] for name in "abcde"]
+    assert_allclose(found, [[0.5, 0.5], [0.25, 0.25], [-0.4, 0.8], [-0.8, 1.6], [3, 0.8]])
+    with pytest.raises(ModelicaError, match="give results to different variables"):
+        load(CHOSEN.replace("(c, d) = both(-time)", "(d, c) = both(-time)"), "M")

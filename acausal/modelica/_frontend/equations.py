@@ -207,8 +207,10 @@ class Equations:
                 x.at, f"the branches of the if-equation have different numbers of equations: {sorted(counts)}."
             )
         for i, last in enumerate(otherwise.equations):
-            branches = tuple((c.x, body.equations[i].residual) for c, body in zip(conditions, bodies, strict=True))
-            residual = e.If(branches, last.residual)
+            residuals = [body.equations[i].residual for body in bodies]
+            residual = _chosen([c.x for c in conditions], residuals, last.residual)
+            if residual is None:
+                raise self.here.error(x.at, "the branches of the if-equation give results to different variables.")
             equation = FlatEquation(residual, self.here.scope.path, "component", self._place(x.at))
             self.found.add(equation, otherwise.sizes[i])
 
@@ -271,6 +273,19 @@ class Equations:
             blocks.append((when_condition(self.here, condition, kinds), statements))
         same_targets(self.here, x.at, [body for _, body in blocks], "when")
         self.found.whens.append(e.WhenClause(tuple(blocks)))
+
+
+def _chosen(
+    conditions: Sequence[e.Expression], residuals: Sequence[e.Expression], otherwise: e.Expression
+) -> e.Expression | None:
+    """The residual of an if-equation; None if functions give several results to different variables."""
+    match otherwise:
+        case e.Binary("Sub", e.TupleOf() as left, last):
+            values = [x.right for x in residuals if isinstance(x, e.Binary) and x.left == left]
+            if len(values) < len(residuals):
+                return None
+            return e.Binary("Sub", left, e.If(tuple(zip(conditions, values, strict=True)), last))
+    return e.If(tuple(zip(conditions, residuals, strict=True)), otherwise)
 
 
 class _WhenBody:

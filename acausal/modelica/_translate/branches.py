@@ -14,7 +14,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from ..._jax_private import jaxpr_as_fun
-from .values import Value, is_known
+from .values import Value, first, is_known
 
 # Operations with finite values and derivatives: a few of them are computed on both sides.
 _HARMLESS = frozenset(
@@ -139,8 +139,12 @@ def _merged(a: Value, b: Value, pairs: list[tuple[Any, Any]]) -> Value:
         # A name that only one side has is not read where the other one is chosen.
         a, b = {**_absent(b), **a}, {**_absent(a), **b}
         return {name: _merged(a[name], b[name], pairs) for name in a}
-    if isinstance(a, tuple) and isinstance(b, tuple):
-        return tuple(_merged(x, y, pairs) for x, y in zip(a, b, strict=True))
+    if isinstance(a, tuple) != isinstance(b, tuple):
+        a, b = first(a), first(b)
+    if isinstance(a, tuple) and isinstance(b, tuple):  # results that only one side has are not read
+        return tuple(_merged(x, y, pairs) for x, y in zip(a, b, strict=False))
+    if a is None or b is None:
+        return None
     if not isinstance(a, HeldValue) and not isinstance(b, HeldValue) and _is_same(a, b):
         return a
     pairs.append((a, b))

@@ -18,7 +18,7 @@ from .special_functions import SPECIAL
 from .subscripts import elements, position
 from .term_properties import is_harmless, only_discrete, reads_rates
 from .terms import Opaque, RecordOf, SlotValue
-from .values import Value, is_known, number, plain, select, stacked
+from .values import Value, first, is_known, number, plain, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -28,8 +28,7 @@ def evaluate(x: Any, at: Scope) -> Value:
 
 def _first(x: Any, at: Scope) -> Value:
     """The value of an expression inside another one: of several results of a function the first one."""
-    value = evaluate(x, at)
-    return value[0] if isinstance(value, tuple) else value
+    return first(evaluate(x, at))
 
 
 def _slot(x: SlotValue, at: Scope) -> Value:

@@ -17,7 +17,7 @@ from .leaves import ModelLeaf
 from .nodes import instance, node_class
 from .scope import FunctionLibrary, Scope
 from .terms import RecordOf, SlotValue
-from .values import Value, number
+from .values import Value, first, number
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,8 +82,7 @@ def _differences(left: Value, right: Value) -> list[Value]:
         return [item for name in left for item in _differences(left[name], None if right is None else right[name])]
     if isinstance(left, str):
         return []
-    right = right[0] if isinstance(right, tuple) else right  # the first result of a function
-    left = number(left)
+    left, right = number(left), first(right)
     if right is None:
         return [left]
     if isinstance(right, dict) and not np.ndim(left):  # a record of one field that stands for a number

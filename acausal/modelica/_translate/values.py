@@ -35,16 +35,23 @@ def stacked(values: Sequence[Value]) -> Value:
     return jnp.stack([jnp.asarray(value) for value in values])
 
 
+def first(value: Value) -> Value:
+    """Of several results of a function the first one."""
+    return value[0] if isinstance(value, tuple) else value
+
+
 def select(condition: Value, a: Value, b: Value) -> Value:
     """`a` if the condition holds, otherwise `b`, element by element of records and tuples."""
     if is_known(condition):
         return a if condition else b
     if isinstance(a, dict):
         return {name: select(condition, a[name], b[name]) for name in a}
+    if isinstance(a, tuple) != isinstance(b, tuple):
+        a, b = first(a), first(b)
     if isinstance(a, tuple):
-        return tuple(select(condition, x, y) for x, y in zip(a, b, strict=True))
-    if a is b:
-        return a
+        return tuple(select(condition, x, y) for x, y in zip(a, b, strict=False))
+    if a is b or b is None:
+        return b
     return jnp.where(condition, a, b)
 
 
