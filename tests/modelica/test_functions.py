@@ -362,6 +362,34 @@ model M
   Real a = turns(time), b = once(time), c = endless(time);
 end M;
 """
+NAMED = """
+model M
+  record R
+    String name;
+    Real k;
+  end R;
+  function halved "has a text among its inputs"
+    input Real u;
+    input R r;
+    output Real v = u;
+  algorithm
+    while v > 1 loop
+      if v > 3 then
+        v := v / (2*r.k);
+      else
+        v := v / r.k;
+      end if;
+    end while;
+  end halved;
+  Real a = halved(time, R("air", 2));
+end M;
+"""
+
+
+def test_a_loop_of_unknown_length_carries_what_it_assigns() -> None:
+    library = Library(flat_model(NAMED, "M").functions)
+    for u, v in ((10.0, 0.625), (3.0, 0.75)):
+        assert jax.jit(lambda u: value(library, "halved", u, {"name": "air", "k": 2.0}))(u) == v
 
 
 def test_loops_that_are_not_supported_are_refused() -> None:

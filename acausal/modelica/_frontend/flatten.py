@@ -1,6 +1,7 @@
 """Flattening (Modelica 3.6, section 5.6): from the instance of a model to the flat model."""
 
 import functools as ft
+import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -411,7 +412,8 @@ class _Flattening:
             units: set[str] = set() if found is None else set(np.ravel(self.context.value(found.x)).tolist())
         except NotKnown:
             return None
-        return str(units.pop()) if len(units) == 1 else None
+        unit = str(units.pop()) if len(units) == 1 else None
+        return unit[1:-1] if unit and re.fullmatch(r"\([^()]*\)", unit) else unit  # section 19.1 allows parentheses
 
     def _select(self, component: ComponentElement, found: Typed | None) -> str:
         if found is None:

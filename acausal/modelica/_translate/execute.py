@@ -14,6 +14,7 @@ from .branches import Failed, choose
 from .breaks import goes_on, guarded, may_break
 from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
+from .statement_terms import targets_of
 from .subscripts import by_axes
 from .values import Value, is_known, plain, select
 
@@ -228,12 +229,13 @@ def _while(statement: e.While, names: Names, at: Scope) -> Status:
 
 def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
     """A loop whose condition is unknown before a run. Its names keep their types."""
+    assigned = {name.partition(".")[0] for name in targets_of(statement.body)}
 
     def step(state: Names) -> Names:
         inner = {**names, **state}
         if execute(statement.body, inner, at) != "on":
             raise ModelError("a `return` in a while loop of unknown length is not supported.")
-        return {name: value for name, value in inner.items() if value is not names.get(name) or name in state}
+        return {name: value for name, value in inner.items() if name in assigned or name in state}
 
     def goes_on(state: Names) -> Any:
         return jnp.asarray(evaluate(statement.condition, _here({**names, **state}, at)))

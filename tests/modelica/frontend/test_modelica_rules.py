@@ -217,5 +217,5 @@ def test_a_sum_of_arrays_is_an_array() -> None:
 
 
 def test_an_array_has_a_unit_if_its_elements_have_the_same() -> None:
-    found = flat('model M Real x[2](unit = {"m", "rad"}), y[2](unit = {"m", "m"}), z[2](each unit = "s"); end M;')
-    assert {v.name: v.unit for v in found.variables.values()} == {"x": None, "y": "m", "z": "s"}
+    found = flat('model M Real x[2](unit = {"m", "rad"}), y[2](unit = {"m", "m"}), z[2](each unit = "(kg/s)"); end M;')
+    assert {v.name: v.unit for v in found.variables.values()} == {"x": None, "y": "m", "z": "kg/s"}
