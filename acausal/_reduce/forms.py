@@ -82,7 +82,8 @@ class Form:
 def constant(value: float) -> Form:
     values = np.unique(np.sign(np.asarray(value, dtype=float)))
     number = float(np.ravel(value)[0]) if np.size(value) and np.all(np.ravel(value) == np.ravel(value)[0]) else None
-    return Form(frozenset(int(s) for s in values), number, has_rest=number != 0)
+    signs = ANY if np.any(np.isnan(values)) else frozenset(int(s) for s in values)
+    return Form(signs, number, has_rest=number != 0)
 
 
 def variable(index: int) -> Form:

@@ -12,7 +12,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from acausal import Scalar
-from acausal._reduce.forms import POSITIVE, Form, interpret, parameter, variable
+from acausal._reduce.forms import ANY, POSITIVE, Form, constant, interpret, parameter, variable
 
 N_UNKNOWNS, N_PARAMS = 3, 2
 LARGEST = 1e4  # beyond, rounding blurs the comparison
@@ -242,3 +242,8 @@ def test_elementwise_factor() -> None:
     assert uneven.number is None
     assert uneven.cannot_vanish
     assert not form_of(lambda x: jnp.array([1.0, 0.0, 3.0]) * x, ((3,),)).terms[0].cannot_vanish
+
+
+def test_a_constant_that_is_not_a_number_may_have_any_sign() -> None:
+    assert constant(np.nan).signs == ANY
+    assert constant(np.nan).has_rest

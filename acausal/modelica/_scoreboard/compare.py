@@ -112,7 +112,9 @@ def signal(flat: FlatModelica, solution: Solution, name: str) -> jax.Array | Non
 
 def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
     """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
-    sizes = {name: float(np.max(np.abs(values))) for name, values in reference.signals.items()}
+    kinds = {name: flat.variables.get(name.rpartition("[")[0] or name) for name in reference.signals}
+    jumps = {name for name, variable in kinds.items() if variable is not None and variable.type != "Real"}
+    sizes = {name: float(np.max(np.abs(x))) for name, x in reference.signals.items() if name not in jumps}
     for path, value in _parameters(model):
         for name, size in sizes.items():
 
