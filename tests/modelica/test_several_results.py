@@ -17,6 +17,16 @@ model M
     doubled := if x[1] > 0.1 then 2*x else x;
     total := sum(x);
   end sums;
+  function empty
+    input Real x;
+    output Real none[0], same;
+  algorithm
+    none := zeros(0);
+    same := x;
+  end empty;
+  record Part
+    parameter Real none[0](each fixed = false), same(fixed = false);
+  end Part;
   function inverse
     input Real x[:];
     output Real y[size(x, 1)];
@@ -30,7 +40,9 @@ model M
   parameter Real p[2](each fixed = false), q(fixed = false), r[2](each fixed = false), s(fixed = false);
   parameter Real u[2](each fixed = false, each start = 1);
   Real x[2](each start = 0, each fixed = true);
+  Part part;
 initial equation
+  (part.none, part.same) = empty(7);
   (p, q) = sums({2, 3});
   (r, s) = inverse(p);
   u .^ 2 = 4*p;
@@ -49,6 +61,7 @@ def test_all_results_count_in_when_clauses_and_initial_equations() -> None:
     assert_allclose(end["b"][-1], 6)
     assert_allclose(end["x"][-1], 2 / np.array([4, 6]), rtol=1e-8)
     assert_allclose([end["q"][-1], end["s"][-1]], [5, np.sqrt(3) / 4])
+    assert_allclose(end["part.same"][-1], 7)
     assert_allclose(end["u"][-1], [4, np.sqrt(24)])
 
 

@@ -84,10 +84,10 @@ def _assign(statement: e.Assign, names: Names, at: Scope) -> None:
 
 def store(target: e.Target, value: Value, names: Names, at: Scope) -> None:
     """Assigns a value to a name, to a field of a record, or to elements of an array."""
-    if target.name in names or "." not in target.name:
+    head, *fields = target.name.split(".")
+    if target.name in names or head not in names:  # a variable of size 0 has no value before
         names[target.name] = _replaced(names.get(target.name), target.subs, value, at)
         return
-    head, *fields = target.name.split(".")
     names[head] = _in_record(names[head], fields, target.subs, value, at)
 
 
