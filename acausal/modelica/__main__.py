@@ -78,7 +78,8 @@ def _check(options: argparse.Namespace) -> int:
 def _simulate(options: argparse.Namespace) -> int:
     model = load(options.source, options.model, options.roots)
     solution = simulate(model, options.stop, save=np.linspace(0.0, options.stop, 501), progress=True)
-    wanted = options.signals if options.signals is not None else solution.system.state_names
+    states = [name for name in solution.system.state_names if not name.startswith("der(")]
+    wanted = options.signals if options.signals is not None else states
     found = [pair for name in wanted for pair in _elements(name, np.asarray(solution[name]))]
     names, columns = [name for name, _ in found], [np.asarray(solution.ts), *(column for _, column in found)]
     for name, column in zip(names, columns[1:], strict=True):
