@@ -154,7 +154,7 @@ class _Flattening:
         assert streams is not None
         self.found.equations += equations(self.connections, self.flows, graph.is_broken)
         self.found.asserts += self.connections.asserts()
-        self.found.equations += graph.equations(self.connections)
+        self.found.equations += graph.equations()
         self.found.equations += streams.equations()
         self.functions = dict(self.context.functions)  # without those that only constants need
         self._constants()

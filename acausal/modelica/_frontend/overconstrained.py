@@ -4,14 +4,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation
+from .._syntax.flat import FlatEquation, SourcePlace
 from . import references
 from . import tree as t
 from .calls import call_values, of_class
 from .classes import ClassElement
 from .connections import Connections, Connector, Pair
 from .expressions import Expressions
-from .typed import Typed, type_of
+from .typed import Dims, Typed, type_of
 
 if TYPE_CHECKING:
     from .structure import Context
@@ -28,16 +28,16 @@ class Graph:
         self._edges: dict[str, list[str]] = {}
         self._branches: list[tuple[str, str]] = []
         self.roots: list[str] = []
-        self.broken: list[tuple[Connector, Connector]] = []
+        self.broken: list[tuple[Connector, Connector, SourcePlace]] = []
         potential: list[tuple[int, str]] = []
         for name, call, here in connections.operators:
             self._operator(name, call, here, potential)
-        for a, b, _ in connections.connectors:
+        for a, b, place in (*connections.connectors, *self._types(connections)):
             if "equalityConstraint" in a.instance.elements:
                 if self._join(a.path, b.path):
                     self._edge(a.path, b.path)
                 else:
-                    self.broken.append((a, b))
+                    self.broken.append((a, b, place))
         for _, path in sorted(potential, key=lambda one: one[0]):
             if self._join(_ROOT, path):
                 self.roots.append(path)
@@ -45,6 +45,13 @@ class Graph:
             if path != _ROOT and self._join(_ROOT, path):
                 self.roots.append(path)
         self._depths = self._measured()
+
+    def _types(self, connections: Connections) -> Iterator[tuple[Connector, Connector, SourcePlace]]:
+        """The connected variables whose types are overconstrained, as angles of rotating frames are."""
+        for pair in connections.pairs:
+            a, b = self._context.find(pair.left.name), self._context.find(pair.right.name)
+            if a is not None and b is not None:
+                yield Connector(a, (), pair.left.is_outside), Connector(b, (), pair.right.is_outside), pair.place
 
     def _operator(self, name: str, call: t.Call, here: Expressions, potential: list[tuple[int, str]]) -> None:
         paths = [self._path(here, arg) for arg in call.args[: 2 if name == "branch" else 1]]
@@ -114,27 +121,31 @@ class Graph:
 
     def is_broken(self, pair: Pair) -> bool:
         """Whether a pair of variables belongs to a connection that is broken."""
-        return any(_has(a.path, pair.left.name) and _has(b.path, pair.right.name) for a, b in self.broken)
+        return any(_has(a.path, pair.left.name) and _has(b.path, pair.right.name) for a, b, _ in self.broken)
 
-    def equations(self, connections: Connections) -> Iterator[FlatEquation]:
+    def equations(self) -> Iterator[FlatEquation]:
         """The equations in place of those of broken connections."""
-        places = {(a.path, b.path): place for a, b, place in connections.connectors}
-        for a, b in self.broken:
+        for a, b, place in self.broken:
             element = of_class(a.instance).elements["equalityConstraint"]
             if not isinstance(element, ClassElement):
                 continue
             root = self._context.top.root
             assert root is not None
             here = Expressions(self._context, root)
-            sides = [Typed(e.Ref(one.path), type_of(one.instance)) for one in (a, b)]
+            sides = [Typed(e.Ref(one.path), type_of(one.instance), self._sizes(one)) for one in (a, b)]
             for one in (a, b):
                 self._context.register(one.component)
             found = call_values(here, element.instance, sides)
             if found is None:
                 raise a.component.error("the function equalityConstraint has other inputs than two of its record.")
             size = found.dims[0] if found.dims else None
+            if size == 0:
+                continue
             zero: e.Expression = e.Const(0.0) if size is None else e.Builtin("Zeros", (e.Const(size),))
-            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", places[a.path, b.path])
+            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", place)
+
+    def _sizes(self, one: Connector) -> Dims:
+        return self._context.sizes(one.component)[len(one.index) :]
 
 
 def _has(path: str, name: str) -> bool:

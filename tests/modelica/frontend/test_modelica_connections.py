@@ -178,3 +178,15 @@ def test_flows_in_expandable_connectors_may_be_open_inside_and_outside() -> None
     assert [one for one in equations(text) if ".f" in one] == [
         "(-l.p.f + -l.b.x.f) = 0", "(l.b.x.f + n.b.x.f) = 0", "l.p.f = 0", "n.b.x.f = 0",
     ]  # fmt: skip
+
+
+def test_types_may_be_overconstrained() -> None:
+    text = """type Angle extends Real; function equalityConstraint input Angle a[:]; input Angle b[:]; output Real r[0];
+        algorithm end equalityConstraint; end Angle;
+        connector F Real e; flow Real f; Angle theta[2]; end F;
+        model S F p; equation p.f = p.e; Connections.potentialRoot(p.theta);
+          if Connections.isRoot(p.theta) then p.theta = {1, 2}; end if; end S;
+        model M S a, b, c; equation connect(a.p, b.p); connect(b.p, c.p); connect(c.p, a.p); end M;"""
+    assert [one for one in equations(text) if "theta" in one] == [
+        "a.p.theta = {1, 2}", "a.p.theta = b.p.theta", "a.p.theta = c.p.theta",
+    ]  # fmt: skip
