@@ -13,7 +13,8 @@ They identify these primitives by name and parameters:
 
 `trace_context` returns the settings, including those of context managers, that make `jax.jit` trace again.
 `backends_are_initialized` tells whether jax has compiled anything yet; XLA reads no flags after that. `options` are all
-settings of jax, and `serialized` and `deserialized` keep a compiled program for another process. For neither is there
+settings of jax, `outside_transformations` is a context in which a rule of `jax.custom_jvp` evaluates known numbers as if
+jax transformed nothing, and `serialized` and `deserialized` keep a compiled program for another process. For none of them is there
 anything public.
 """
 
@@ -24,6 +25,7 @@ import jax
 import numpy as np
 from jax import Array
 from jax._src.config import trace_context as trace_context
+from jax._src.core import eval_context as outside_transformations
 from jax._src.interpreters.partial_eval import dce_jaxpr
 from jax._src.lax.linalg import geqrf_p
 from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized

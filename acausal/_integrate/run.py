@@ -17,7 +17,7 @@ from .loop.carry import Carry
 from .loop.loop import StepLoop
 from .loop.loop_start import loop_start
 from .loop.not_finite import first_saved_not_finite
-from .results.ending import Integrated, Kept, end_run, solution_of, with_saved
+from .results.ending import Ending, Integrated, Kept, end_run, solution_of, with_saved
 from .results.solution import Solution
 from .results.unresolved import are_blurred
 from .setup.field import RunArgs
@@ -27,9 +27,19 @@ from .step.adjoint import BOTH_MODES, FORWARDS, LoopKind, kind_of_loop
 from .step.derivative import differentiable
 
 
-@ft.partial(jax.jit, static_argnums=0)
-def run_traced(settings: Settings, args: RunArgs) -> Solution:
-    """Integrate in one program for each `settings`. The caller adds the parameters of the model to the solution."""
+class WholeRun(NamedTuple):
+    """The numbers of a run as its functions read them, those of its solution, and a time and a state vector at which a
+    variable is not finite, if there is one.
+    """
+
+    args: RunArgs
+    ending: Ending
+    kept: Kept
+    not_finite: tuple[Array, Array]
+
+
+def whole_run(settings: Settings, args: RunArgs) -> WholeRun:
+    """Integrates as one function of the numbers, which can be differentiated."""
     numbers = args.numbers
     wrong = violated_demands(settings.system, numbers)
     safe = dataclasses.replace(args, numbers=harmless(numbers, jnp.any(wrong)))
@@ -37,8 +47,18 @@ def run_traced(settings: Settings, args: RunArgs) -> Solution:
     packed = _packed(settings, safe)
     saved = first_saved_not_finite(settings, packed, integrated.end)
     ending = with_saved(settings, end_run(settings, packed, integrated, wrong), saved.exists)
-    found = solution_of(settings, packed, ending, _kept(packed, integrated.end))
-    return dataclasses.replace(found, _not_finite=(jnp.asarray(saved.point.t, float), saved.point.y))
+    return WholeRun(packed, ending, _kept(packed, integrated.end), (jnp.asarray(saved.point.t, float), saved.point.y))
+
+
+def solution_of_run(settings: Settings, run: WholeRun) -> Solution:
+    """The solution. The caller adds the parameters of the model."""
+    return dataclasses.replace(solution_of(settings, *run[:3]), _not_finite=run.not_finite)
+
+
+@ft.partial(jax.jit, static_argnums=0)
+def run_traced(settings: Settings, args: RunArgs) -> Solution:
+    """Integrates in one program for each `settings`."""
+    return solution_of_run(settings, whole_run(settings, args))
 
 
 class RunStart(NamedTuple):
@@ -111,12 +131,12 @@ def _both_modes(settings: Settings, args: RunArgs) -> Integrated:
 
         return arrays
 
-    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), _saved(settings, args.numbers))
+    integrated = differentiable(with_loop(FORWARDS), with_loop(BOTH_MODES), n_saved(settings, args.numbers))
     found = integrated([jnp.asarray(leaf) for leaf in leaves])
     return eqx.combine(found, *others)
 
 
-def _saved(settings: Settings, numbers: RunNumbers) -> int:
+def n_saved(settings: Settings, numbers: RunNumbers) -> int:
     """The number of values that a run saves."""
     points = {
         "end": 1,

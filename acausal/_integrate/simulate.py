@@ -18,19 +18,18 @@ from .._declare.node import Node, check_is_node
 from .._declare.sizes import sized
 from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
-from .._evaluate.initial import handed_inputs
 from .._evaluate.system import System
 from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
+from .differentiated_run import is_differentiated, run_args, run_differentiated
 from .results.end_jumps import warn_of_jumps_at_end
 from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
 from .results.unresolved import warn_of_unresolved
 from .setup.expressions import check_units_of
-from .setup.field import RunArgs
 from .setup.options import (
     check_known,
     count,
@@ -128,15 +127,13 @@ def simulate(
     kind_of(system, "system", System, "choose_states(model)")
     layout = layout_of(structure)
     _check_same_structure(model, layout, system)
-    leaves, start_failed = layout.numbers(given), None
+    leaves = layout.numbers(given)
     start_time = instant(t0, "t0")
     past = past_of(model) if resume is None else None
     resume = resume is not None and flag(resume, "resume")
     if not resume:
         leaves = _without_histories(system, leaves)
-    if not resume and needs_search(system, leaves):
-        with compiling("the start", model, search_start, progress):
-            leaves, start_failed = initialised_leaves(system, leaves, start_time, past, throw=throw and not is_trial())
+    is_searched = not resume and needs_search(system, leaves)
     stop, stop_constants = _traced(until, system, "until")
     if stop is not None:
         check_units_of(stop, system.flat, "until")
@@ -156,12 +153,9 @@ def simulate(
         max_steps=count(max_steps, "max_steps"),
         max_events=count(max_events, "max_events"),
         progress=diffrax.TextProgressMeter() if progress else diffrax.NoProgressMeter(),
-        is_initialised=start_failed is not None,
+        is_initialised=is_searched,
         is_resumed=resume,
     )
-    params = system.intake.parameters(leaves)
-    handed = system.intake.handed(params, _read(settings))
-    inputs = handed_inputs(system, handed, leaves)
     numbers = RunNumbers(
         t0=start_time,
         t1=number(t1, "t1"),
@@ -174,16 +168,23 @@ def simulate(
         rates=rate_constants,
         peaks=peak_constants,
         stored=stored_constants,
-        start_failed=start_failed,
         past=past,
     )
     check_known(system, numbers)
-    with compiling("a run", model, run_stored, progress):
-        solution = run_stored(settings, RunArgs(inputs, numbers))
-    solution = dataclasses.replace(solution, _params=params.leaves)
+    if is_differentiated(settings, leaves, numbers):
+        with compiling("a run", model, run_differentiated, progress):
+            solution = run_differentiated(settings, leaves, numbers)
+    else:
+        if is_searched:
+            with compiling("the start", model, search_start, progress):
+                leaves, failed = initialised_leaves(system, leaves, start_time, past, throw=throw and not is_trial())
+            numbers = dataclasses.replace(numbers, start_failed=failed)
+        params, args = run_args(settings, leaves, numbers)
+        with compiling("a run", model, run_stored, progress):
+            solution = dataclasses.replace(run_stored(settings, args), _params=params.leaves)
     solution = report_failure(solution, throw)
     warn_of_unresolved(solution)
-    warn_of_jumps_at_end(solution, params, t1)
+    warn_of_jumps_at_end(solution, t1)
     return solution
 
 
@@ -222,17 +223,6 @@ def _rates(integrals: Callable[[PyTree], PyTree] | None, energy: bool) -> Callab
     if integrals is not None:
         as_function(integrals, "integrals")
     return lambda s: {"user": {} if integrals is None else integrals(s), "energy": powers(s) if energy else {}}
-
-
-def _read(settings: Settings) -> set[int]:
-    """The leaves that user functions, events and discrete variables read in a run."""
-    system = settings.system
-    wanted = {*system.carried.discrete_places}
-    for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
-        wanted.update(quantity.leaves if quantity else ())
-    if system.events:
-        wanted.update(system.events.leaves)
-    return wanted
 
 
 def _total_stored(s: Node) -> Scalar:

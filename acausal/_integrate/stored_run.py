@@ -75,15 +75,18 @@ class _RunPart:
         return self.settings.max_steps if self.name == "steps" else 1
 
     def contents(self, arguments: Any) -> list[object]:
-        settings = self.settings
-        functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
-        handled = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
-        return [
-            arguments[0].inputs.given,  # leaves with given start values
-            digest_of(settings.system),
-            *(None if f is None else (f.closed, f.leaves) for f in functions),
-            *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in handled),
-        ]
+        return [arguments[0].inputs.given, *contents_of(self.settings)]  # leaves with given start values
+
+
+def contents_of(settings: Settings) -> list[object]:
+    """Everything in the settings that determines the trace of a run."""
+    functions = (settings.stop, settings.integrand, settings.peaks, settings.stored)
+    handled = ("system", "stop", "integrand", "peaks", "stored", "adjoint", "progress")
+    return [
+        digest_of(settings.system),
+        *(None if f is None else (f.closed, f.leaves) for f in functions),
+        *(getattr(settings, field.name) for field in dataclasses.fields(settings) if field.name not in handled),
+    ]
 
 
 def _start_of(settings: Settings) -> _RunPart:

@@ -12,6 +12,8 @@ from .._jax_private import ClosedJaxpr, trace_context
 from .._jax_settings import programs
 from .._made_once import made_once
 from .._tracing import is_traced, within_transformation
+from .forward import with_jacobian
+from .known_derivatives import are_differentiated, with_known_derivatives
 from .program import REPAYS, Compiler, NumbersProgram
 from .simplify import NotPlainError, simplified
 
@@ -26,7 +28,7 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
     jitted = jax.jit(function, static_argnums=static_argnums)
 
     @made_once(maxsize=256)
-    def program(statics: tuple[Any, ...], structure: Any, kinds: Kinds) -> Call | None:
+    def program(statics: tuple[Any, ...], structure: Any, kinds: Kinds, moving: tuple[int, ...] = ()) -> Call | None:
         def of_numbers(arguments: list[Any]) -> PyTree:
             whole, given = iter(arguments), dict(zip(static_argnums, statics, strict=True))
             n = len(arguments) + len(statics)
@@ -34,7 +36,7 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
 
         shapes = [jax.ShapeDtypeStruct(*kind) for kind in kinds]
         try:
-            closed, outputs = traced(of_numbers, structure, shapes)
+            closed, outputs = traced(of_numbers, structure, shapes, moving)
         except NotPlainError:
             return None
         name = getattr(function, "__name__", "function").strip("_<>")
@@ -45,17 +47,48 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
         statics = tuple(arguments[i] for i in static_argnums)
         others = [value for i, value in enumerate(arguments) if i not in static_argnums]
         leaves, structure = jax.tree.flatten(others)
-        numbers = known_numbers(leaves)
-        if numbers is None:
-            return jitted(*arguments)
-        made = program(statics, structure, tuple((x.shape, x.dtype) for x in numbers))
-        return jitted(*arguments) if made is None else made(numbers)
+
+        def by_jax(leaves: list[Any]) -> PyTree:
+            whole, given = iter(structure.unflatten(leaves)), dict(zip(static_argnums, statics, strict=True))
+            return jitted(*(given[i] if i in given else next(whole) for i in range(len(arguments))))
+
+        return evaluated(leaves, lambda kinds, moving: program(statics, structure, kinds, moving), by_jax)
 
     return call
 
 
-def traced(function: Callable[[Any], PyTree], structure: Any, shapes: Sequence[Any]) -> tuple[ClosedJaxpr, Any]:
-    """The simplified jaxpr of a function, and the structure of its results. Raises `NotPlainError`."""
+def evaluated(
+    leaves: list[Any], program: Callable[[Kinds, tuple[int, ...]], Call | None], by_jax: Callable[[list[Any]], PyTree]
+) -> PyTree:
+    """The results of a function of leaves, if possible by its programs, also where jax differentiates it.
+
+    `program(kinds, moving)` is the program for numbers of some kinds, as `traced` makes it; None if there is none.
+    """
+
+    def found(leaves: list[Any], moving: tuple[int, ...]) -> Any:
+        numbers = known_numbers(leaves)
+        made = None if numbers is None else program(tuple((x.shape, x.dtype) for x in numbers), moving)
+        return None if numbers is None or made is None else (made(numbers),)
+
+    if are_differentiated(leaves):
+
+        def value_and_jacobian(leaves: list[Any], moving: tuple[int, ...]) -> Any:
+            both = found(leaves, moving)
+            return None if both is None else both[0]
+
+        return with_known_derivatives(by_jax, value_and_jacobian, leaves)
+    value = found(leaves, ())
+    return by_jax(leaves) if value is None else value[0]
+
+
+def traced(
+    function: Callable[[Any], PyTree], structure: Any, shapes: Sequence[Any], moving: Sequence[int] = ()
+) -> tuple[ClosedJaxpr, Any]:
+    """The simplified jaxpr of a function, and the structure of its results. Raises `NotPlainError`.
+
+    With `moving` leaves, the results are a pair: the results of the function, and a list of their derivatives with
+    respect to these leaves, as `with_jacobian` computes them.
+    """
     outputs: list[Any] = []
 
     def run(*leaves: Any) -> list[Any]:
@@ -63,8 +96,12 @@ def traced(function: Callable[[Any], PyTree], structure: Any, shapes: Sequence[A
         outputs[:] = [whole]
         return found
 
-    closed = simplified(jax.make_jaxpr(run)(*shapes))
-    return closed, outputs[0]
+    closed = jax.make_jaxpr(run)(*shapes)
+    if not moving:
+        return simplified(closed), outputs[0]
+    both = with_jacobian(closed, moving)
+    n, m = outputs[0].num_leaves, len(both.jaxpr.outvars)
+    return simplified(both), jax.tree.structure((outputs[0].unflatten(range(n)), list(range(m - n))))
 
 
 def runner(program: NumbersProgram, outputs: Any) -> Call:

@@ -117,6 +117,11 @@ def as_function(closed: ClosedJaxpr) -> Callable[..., Array]:
     return lambda *args: function(*args)[0]
 
 
+# The name of a call that is the whole body of a function with derivative rules of its own. It says that the rules for
+# the forward mode give the derivatives of that body.
+DIFFERENTIATED = "differentiated_in_forward_mode"
+
+
 def plain_call(eqn: JaxprEqn) -> ClosedJaxpr | None:
     """The jaxpr of a plain call (`jit`); None for other equations."""
     if eqn.primitive.name in ("jit", "pjit", "closed_call", "core_call"):

@@ -21,7 +21,7 @@ from jaxtyping import PyTree
 
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
-from ..._interpret.in_parts import Call, Kinds, known_numbers, runner, traced
+from ..._interpret.in_parts import Call, Kinds, evaluated, runner, traced
 from ..._interpret.program import OPTIONS, Compiler, NumbersProgram, lowered
 from ..._interpret.simplify import NotPlainError
 from ..._interpret.tape import closed_of, tape_of
@@ -57,21 +57,21 @@ class Storable(Protocol):
 def result_of(function: Storable, arguments: Any) -> PyTree:
     """Evaluates the function, if possible by a stored program."""
     leaves, structure = jax.tree.flatten(arguments)
-    numbers = known_numbers(leaves)
-    if numbers is None:
-        return function(arguments)
-    program = _program(function, structure, tuple((x.shape, x.dtype) for x in numbers))
-    return function(arguments) if program is None else program(numbers)
+
+    def by_jax(leaves: list[Any]) -> PyTree:
+        return function(structure.unflatten(leaves))
+
+    return evaluated(leaves, lambda kinds, moving: _program(function, structure, kinds, moving), by_jax)
 
 
 @made_once(maxsize=256)
-def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
+def _program(function: Storable, structure: Any, kinds: Kinds, moving: tuple[int, ...]) -> Call | None:
     """The program for numbers of these shapes; None if it prints or calls Python, which only jax can do."""
-    file, shapes = _file_of(function, structure, kinds), [jax.ShapeDtypeStruct(*kind) for kind in kinds]
+    file, shapes = _file_of(function, structure, kinds, moving), [jax.ShapeDtypeStruct(*kind) for kind in kinds]
     found = _read(file)
     if found is None:
         try:
-            found = traced(function, structure, shapes)
+            found = traced(function, structure, shapes, moving)
         except NotPlainError:
             return None
         _write_jaxpr(file, *found)
@@ -80,12 +80,12 @@ def _program(function: Storable, structure: Any, kinds: Kinds) -> Call | None:
     return runner(NumbersProgram(closed, _Store(file, function.name), steps, at_once=not programs.in_parts), outputs)
 
 
-def _file_of(function: Storable, structure: Any, kinds: Kinds) -> Path | None:
+def _file_of(function: Storable, structure: Any, kinds: Kinds, moving: tuple[int, ...]) -> Path | None:
     """The file of the jaxpr; None if there is no cache, or if the program has no digest."""
     if programs.folder is None:
         return None
     try:
-        key = key_of(function.contents(structure.unflatten(kinds)), structure, kinds)
+        key = key_of([*function.contents(structure.unflatten(kinds)), moving], structure, kinds)
     except NoFingerprintError:
         return None
     return programs.folder / f"{function.name}-{key}-program"

@@ -10,7 +10,6 @@ from jaxtyping import ArrayLike
 
 from ..._errors import listed
 from ..._evaluate.event_set import EventEntry
-from ..._evaluate.groups import ModelParameters
 from ..._reduce.jumps import JumpWarning
 from ..._tracing import are_traced, is_traced, known
 from ..setup.schedule import last_before, tick
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from .solution import Solution
 
 
-def warn_of_jumps_at_end(solution: "Solution", params: ModelParameters, t1: ArrayLike) -> None:
+def warn_of_jumps_at_end(solution: "Solution", t1: ArrayLike) -> None:
     """Warn of scheduled events at the end time whose times depend on differentiated parameters.
 
     An event at the end fires in the run that continues this one. A result that it changes is therefore a discontinuous
@@ -30,7 +29,7 @@ def warn_of_jumps_at_end(solution: "Solution", params: ModelParameters, t1: Arra
         return
     inputs = jax.lax.stop_gradient(solution._inputs)
     discrete = solution.system.carried.discrete_values(jax.lax.stop_gradient(solution._end[1]), inputs)
-    values = {leaf: discrete[leaf] if leaf in discrete else params.leaves[leaf] for leaf in events.times.leaves}
+    values = {leaf: discrete[leaf] if leaf in discrete else solution._params[leaf] for leaf in events.times.leaves}
     if not are_traced(list(values.values())):
         return
     found = events.times([values[leaf] for leaf in events.times.leaves])

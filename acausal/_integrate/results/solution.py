@@ -4,7 +4,7 @@ import functools as ft
 import html
 import os
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Generic, TypeVar
 
 import diffrax
@@ -92,6 +92,7 @@ class Solution(eqx.Module, Generic[M]):
     _demands: tuple[str, ...] = eqx.field(static=True)  # requirements on options
     _peaks_tree: PyTreeDef | None = eqx.field(static=True)
     _integrals_tree: PyTreeDef | None = eqx.field(static=True)
+    _final: dict[int, Array] | None = None  # the values at the end, if they came with the run
 
     @property
     def is_batched(self) -> bool:
@@ -150,7 +151,7 @@ class Solution(eqx.Module, Generic[M]):
     @property
     def final(self) -> M:
         """The model with the values of its variables at the end of the run."""
-        return self._view(*self._end)
+        return self._view(*self._end) if self._final is None else self._model(self._end[0], self._final)
 
     def at(self, t: Numbers) -> M:
         """The model with the values of its variables at time(s) `t` in s, from the dense output of the steps.
@@ -180,8 +181,11 @@ class Solution(eqx.Module, Generic[M]):
         return f"{float(self._start[0]):.6g} s to {float(self._end[0]):.6g} s"
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
+        return self._model(ts, trajectories(self.system, jnp.ndim(self.t1), ts, ys, self._inputs))
+
+    def _model(self, ts: Numbers, numbers: Mapping[int, Numbers]) -> M:
+        """The model with values of its variables at times, by leaf number."""
         batch = jnp.ndim(self.t1)
-        numbers = trajectories(self.system, batch, ts, ys, self._inputs)
         leaves = [numbers[i] if i in numbers else self._params[i] for i in range(len(self.system.flat.own_leaves))]
         # All leaves of an array of components need the time axis, so that it can be indexed.
         for i, flat_leaf in enumerate(self.system.flat.own_leaves):

@@ -9,15 +9,16 @@ from jax import Array
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import PyTree
 
+from ..._interpret.known_derivatives import FEW
 from ..._jax_private import jaxpr_as_fun
 from ..._numbers import Numbers
 from ..._progress import differentiating
+from ..._reduce.jaxpr import DIFFERENTIATED
 from ..._tracing import array_of
 
 Arrays = list[Array]
 Function = Callable[[Arrays], PyTree]
 
-FEW = 100  # largest number of varying inputs for which the full Jacobian is computed in forward mode
 HELD = 1_000_000  # largest number of elements of this Jacobian
 
 
@@ -29,10 +30,11 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
     multiply by $J$. If many vary, or $J$ is large for a value of this `size`, `reversible` is differentiated.
     """
     quick = _traced_once(quick)
+    named = jax.jit(_named(quick, DIFFERENTIATED))
 
     @jax.custom_jvp
     def function(arrays: Arrays) -> PyTree:
-        return quick(arrays)
+        return named(arrays)
 
     def rule(primals: tuple[Arrays], tangents: tuple[Arrays]) -> tuple[PyTree, PyTree]:
         differentiating()
@@ -48,6 +50,14 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
 
     function.defjvp(rule, symbolic_zeros=True)
     return function
+
+
+def _named(function: Function, name: str) -> Function:
+    def named(arrays: Arrays) -> PyTree:
+        return function(arrays)
+
+    named.__name__ = name
+    return named
 
 
 def _traced_once(function: Function) -> Function:

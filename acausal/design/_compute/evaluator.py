@@ -20,8 +20,8 @@ from ..._evaluate.intake import are_met, in_range
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
-from ..._integrate.step.derivative import FEW
 from ..._interpret.in_parts import in_parts
+from ..._interpret.known_derivatives import FEW
 from ..._numbers import Numbers
 from ..._progress import compiling
 from .._problem.free import Free

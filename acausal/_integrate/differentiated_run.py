@@ -1,0 +1,103 @@
+"""A run that jax differentiates at known numbers, as one program: the start, the run, and the values at its end.
+
+In parts, a run would have as many directions as its start has numbers. As a whole, it has those of the caller.
+"""
+
+import dataclasses
+import functools as ft
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax import Array
+
+from .._evaluate.initial import handed_inputs
+from .._evaluate.packing import ModelParameters
+from .._evaluate.system import System
+from .._interpret.known_derivatives import FEW, are_differentiated
+from .._tracing import is_traced
+from .programs.stored_program import result_of
+from .results.solution import Solution
+from .results.trajectories import trajectories
+from .run import WholeRun, n_saved, solution_of_run, whole_run
+from .setup.field import RunArgs
+from .setup.settings import RunNumbers, Settings
+from .start.initialise import initialised_leaves
+from .step.derivative import HELD
+from .stored_run import contents_of
+
+Leaves = Sequence[Any]
+
+
+def is_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> bool:
+    """Whether jax differentiates a run at known numbers, with few enough derivatives for one program."""
+    parts = jax.tree.leaves((leaves, numbers))
+    if settings.adjoint is not None or not are_differentiated(parts):
+        return False
+    n = sum(np.size(leaf) for leaf in parts if is_traced(leaf))
+    return n <= FEW and n * n_saved(settings, numbers) <= HELD
+
+
+def run_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> Solution:
+    """Integrate a model with these leaves, from its start on."""
+    found: _Found = result_of(_DifferentiatedRun(settings), (list(leaves), numbers))
+    params = settings.system.intake.parameters(leaves).leaves | found.discrete
+    return dataclasses.replace(solution_of_run(settings, found.run), _params=params, _final=found.final)
+
+
+def run_args(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> tuple[ModelParameters, RunArgs]:
+    """The parameters of a model, and the numbers of its run."""
+    system = settings.system
+    params = system.intake.parameters(leaves)
+    handed = system.intake.handed(params, _read(settings))
+    return params, RunArgs(handed_inputs(system, handed, leaves), numbers)
+
+
+class _Found(NamedTuple):
+    """The run, the discrete variables at its start, and the values of all variables at its end, by leaf number."""
+
+    run: WholeRun
+    discrete: dict[int, Array]
+    final: dict[int, Array]
+
+
+@dataclasses.dataclass(frozen=True)
+class _DifferentiatedRun:
+    """The whole run as a function of the leaves of a model and the numbers of the run."""
+
+    settings: Settings
+
+    @property
+    def name(self) -> str:
+        return "run"
+
+    @ft.partial(jax.jit, static_argnums=0)
+    def __call__(self, arguments: tuple[Leaves, RunNumbers]) -> _Found:
+        (leaves, numbers), system = arguments, self.settings.system
+        if self.settings.is_initialised:
+            leaves, failed = initialised_leaves(system, leaves, numbers.t0, numbers.past, throw=False)
+            numbers = dataclasses.replace(numbers, start_failed=failed)
+        params, args = run_args(self.settings, leaves, numbers)
+        run = whole_run(self.settings, args)
+        discrete = {i: x for i, x in params.leaves.items() if system.flat.leaves[i].declaration.role == "discrete"}
+        found = _Found(run, discrete, trajectories(system, 0, *run.ending.end, run.args.inputs))
+        return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), found)
+
+    def steps(self, arguments: tuple[Leaves, RunNumbers]) -> int:
+        return self.settings.max_steps
+
+    def contents(self, arguments: tuple[Leaves, RunNumbers]) -> list[object]:
+        return contents_of(self.settings)
+
+
+def _read(settings: Settings) -> set[int]:
+    """The leaves that user functions, events and discrete variables read in a run."""
+    system = settings.system
+    wanted = {*system.carried.discrete_places}
+    for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
+        wanted.update(quantity.leaves if quantity else ())
+    if system.events:
+        wanted.update(system.events.leaves)
+    return wanted
