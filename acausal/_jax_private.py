@@ -13,19 +13,20 @@ They identify these primitives by name and parameters:
 
 `trace_context` returns the settings, including those of context managers, that make `jax.jit` trace again.
 `backends_are_initialized` tells whether jax has compiled anything yet; XLA reads no flags after that. `options` are all
-settings of jax, `outside_transformations` is a context in which a rule of `jax.custom_jvp` evaluates known numbers as if
-jax transformed nothing, and `serialized` and `deserialized` keep a compiled program for another process. For none of them is there
-anything public.
+settings of jax. In the context `outside_transformations`, a rule of `jax.custom_jvp` evaluates known numbers as if jax
+transformed nothing. `serialized` and `deserialized` keep a compiled program for another process. For none of them is
+there anything public.
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
 from typing import Any, TypeAlias
 
 import jax
 import numpy as np
 from jax import Array
 from jax._src.config import trace_context as trace_context
-from jax._src.core import eval_context as outside_transformations
+from jax._src.core import eval_context
 from jax._src.interpreters.partial_eval import dce_jaxpr
 from jax._src.lax.linalg import geqrf_p
 from jax._src.xla_bridge import backends_are_initialized as backends_are_initialized
@@ -46,6 +47,11 @@ from jax.extend.core import primitives as _primitives
 Atom: TypeAlias = Var | Literal  # an input of an equation of a jaxpr
 # For `inline` of `jax.jit`: inline while tracing. Since jax 0.12, True inlines only while compiling.
 INLINE: Any = getattr(getattr(jax, "Inline", None), "JAX_EARLY", True)
+
+
+def outside_transformations() -> AbstractContextManager[Any]:
+    """A context for known numbers within a rule of `jax.custom_jvp`."""
+    return eval_context()
 
 
 def options() -> dict[str, Any]:

@@ -5,7 +5,7 @@ In parts, a run would have as many directions as its start has numbers. As a who
 
 import dataclasses
 import functools as ft
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -15,8 +15,8 @@ from jax import Array
 
 from .._evaluate.initial import handed_inputs
 from .._evaluate.packing import ModelParameters
-from .._evaluate.system import System
 from .._interpret.known_derivatives import FEW, are_differentiated
+from .._numbers import Numbers
 from .._tracing import is_traced
 from .programs.stored_program import result_of
 from .results.solution import Solution
@@ -43,7 +43,7 @@ def is_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -
 def run_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> Solution:
     """Integrate a model with these leaves, from its start on."""
     found: _Found = result_of(_DifferentiatedRun(settings), (list(leaves), numbers))
-    params = settings.system.intake.parameters(leaves).leaves | found.discrete
+    params: dict[int, Any] = settings.system.intake.parameters(leaves).leaves | dict(found.discrete)
     return dataclasses.replace(solution_of_run(settings, found.run), _params=params, _final=found.final)
 
 
@@ -59,7 +59,7 @@ class _Found(NamedTuple):
     """The run, the discrete variables at its start, and the values of all variables at its end, by leaf number."""
 
     run: WholeRun
-    discrete: dict[int, Array]
+    discrete: Mapping[int, Numbers]
     final: dict[int, Array]
 
 

@@ -14,7 +14,6 @@ import numpy as np
 
 from .._jax_private import Atom, ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Var, new_equation, pruned, shaped
 from .._reduce.jaxpr import DIFFERENTIATED, assembled, bind, is_floating, plain_call, shape_of
-from .simplify import CALLS
 
 Moving = tuple[bool, ...]  # which values have tangents
 
@@ -40,13 +39,12 @@ def with_jacobian(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
     made, _ = _Forward(n).differentiated(closed, tuple(i in moving for i in range(len(jaxpr.invars))), floating)
     count, directions = len(jaxpr.invars), np.eye(n)
     values = [
-        directions[:, a:b].reshape(n, *shape_of(jaxpr.invars[i])) for i, a, b in zip(moving, ends, ends[1:], strict=False)
+        directions[:, a:b].reshape(n, *shape_of(jaxpr.invars[i]))
+        for i, a, b in zip(moving, ends, ends[1:], strict=False)
     ]
     whole = made.jaxpr
     constants = [*whole.constvars, *whole.invars[count:]]
-    return ClosedJaxpr(
-        assembled(whole.invars[:count], whole.outvars, whole.eqns, constants), [*made.consts, *values]
-    )
+    return ClosedJaxpr(assembled(whole.invars[:count], whole.outvars, whole.eqns, constants), [*made.consts, *values])
 
 
 class _Rule(NamedTuple):
@@ -163,7 +161,7 @@ class _Forward:
             gives = tuple(floating)
         else:
             gives = tuple(atom is not None and not isinstance(atom, Literal) and atom in depends for atom in given)
-        outvars = [*closed.jaxpr.outvars[: len(floating)], *(atom for atom, g in zip(given, gives) if g)]
+        outvars = [*closed.jaxpr.outvars[: len(floating)], *(atom for atom, g in zip(given, gives, strict=True) if g)]
         jaxpr = assembled(closed.jaxpr.invars, outvars, closed.jaxpr.eqns, closed.jaxpr.constvars)
         return _Rule(_without_unused(ClosedJaxpr(jaxpr, closed.consts)), gives, eqn)
 
@@ -241,7 +239,7 @@ class _Block:
         n, m, k = len(of_body), len(carry), sum(fixed_moving)
         body = _with_inputs(closed, [*range(n), *range(n + m, n + m + k)])
         changes = self._instantiated(carry, moved, gives)
-        cond = _with_more_inputs(eqn.params["cond_jaxpr"], [self._owner.tangent_of(a.aval) for a, g in zip(carry, gives) if g])
+        cond = _with_more_inputs(eqn.params["cond_jaxpr"], self._avals(carry, gives)[m:])
         params = {**eqn.params, "body_jaxpr": body, "cond_jaxpr": cond, "body_nconsts": n + k}
         inputs = [*of_cond, *of_body, *(t for t in fixed if t is not None), *carry, *changes]
         return self._append(eqn, inputs, self._avals(eqn.outvars, gives), params)

@@ -5,7 +5,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
+from jax import Array
 from jaxtyping import PyTree
 
 from .._jax_private import ClosedJaxpr, trace_context
@@ -25,22 +27,7 @@ LATER = 100  # calls after which a compiled part is optimised
 
 def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()) -> Callable[..., PyTree]:
     """Like `jax.jit`. With known numbers, the function is interpreted first and compiled in parts when that pays."""
-    jitted = jax.jit(function, static_argnums=static_argnums)
-
-    @made_once(maxsize=256)
-    def program(statics: tuple[Any, ...], structure: Any, kinds: Kinds, moving: tuple[int, ...] = ()) -> Call | None:
-        def of_numbers(arguments: list[Any]) -> PyTree:
-            whole, given = iter(arguments), dict(zip(static_argnums, statics, strict=True))
-            n = len(arguments) + len(statics)
-            return function(*(given[i] if i in given else next(whole) for i in range(n)))
-
-        shapes = [jax.ShapeDtypeStruct(*kind) for kind in kinds]
-        try:
-            closed, outputs = traced(of_numbers, structure, shapes, moving)
-        except NotPlainError:
-            return None
-        name = getattr(function, "__name__", "function").strip("_<>")
-        return runner(NumbersProgram(closed, Compiler(name), REPAYS // LATER, at_once=not programs.in_parts), outputs)
+    jitted, program = jax.jit(function, static_argnums=static_argnums), _programs(function, static_argnums)
 
     @ft.wraps(function)
     def call(*arguments: Any) -> PyTree:
@@ -49,12 +36,59 @@ def in_parts(function: Callable[..., PyTree], static_argnums: Sequence[int] = ()
         leaves, structure = jax.tree.flatten(others)
 
         def by_jax(leaves: list[Any]) -> PyTree:
-            whole, given = iter(structure.unflatten(leaves)), dict(zip(static_argnums, statics, strict=True))
-            return jitted(*(given[i] if i in given else next(whole) for i in range(len(arguments))))
+            return jitted(*_merged(statics, static_argnums, structure.unflatten(leaves)))
 
         return evaluated(leaves, lambda kinds, moving: program(statics, structure, kinds, moving), by_jax)
 
     return call
+
+
+def jacobian_in_parts(function: Callable[[Any], PyTree]) -> Callable[[Any], tuple[PyTree, list[Array]]]:
+    """A function of an array that computes `function` and the derivatives of its floating-point results, by forward
+    mode. The first axes of each derivative are those of the array, flat. It is evaluated like `in_parts`.
+    """
+    program = _programs(function, ())
+
+    @jax.jit
+    def by_jax(x: Array) -> tuple[PyTree, list[Array]]:
+        def along(direction: Array) -> tuple[PyTree, list[Array]]:
+            values, changes = jax.jvp(function, (x,), (direction.reshape(x.shape),))
+            pairs = zip(*map(jax.tree.leaves, (values, changes)), strict=True)
+            return values, [change for value, change in pairs if jnp.issubdtype(value.dtype, jnp.floating)]
+
+        return jax.vmap(along, out_axes=(None, 0))(jnp.eye(x.size))
+
+    def call(x: Array) -> tuple[PyTree, list[Array]]:
+        leaves, structure = jax.tree.flatten([x])
+        return evaluated(leaves, lambda kinds, _: program((), structure, kinds, (0,)), lambda leaves: by_jax(*leaves))
+
+    return call
+
+
+def _programs(function: Callable[..., PyTree], static_argnums: Sequence[int]) -> Callable[..., Call | None]:
+    """The programs of a function by its static arguments, the structure and kinds of all others, and the moving leaves
+    as in `traced`.
+    """
+
+    @made_once(maxsize=256)
+    def program(statics: tuple[Any, ...], structure: Any, kinds: Kinds, moving: tuple[int, ...]) -> Call | None:
+        shapes = [jax.ShapeDtypeStruct(*kind) for kind in kinds]
+        try:
+            closed, outputs = traced(
+                lambda others: function(*_merged(statics, static_argnums, others)), structure, shapes, moving
+            )
+        except NotPlainError:
+            return None
+        name = getattr(function, "__name__", "function").strip("_<>")
+        return runner(NumbersProgram(closed, Compiler(name), REPAYS // LATER, at_once=not programs.in_parts), outputs)
+
+    return program
+
+
+def _merged(statics: Sequence[Any], places: Sequence[int], others: Sequence[Any]) -> list[Any]:
+    """All arguments, of which the static ones have these places."""
+    rest, given = iter(others), dict(zip(places, statics, strict=True))
+    return [given[i] if i in given else next(rest) for i in range(len(others) + len(statics))]
 
 
 def evaluated(

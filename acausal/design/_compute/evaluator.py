@@ -20,7 +20,7 @@ from ..._evaluate.intake import are_met, in_range
 from ..._integrate.results.failure import trials
 from ..._integrate.results.solution import Solution
 from ..._integrate.setup.result import Result, is_success, sentence
-from ..._interpret.in_parts import in_parts
+from ..._interpret.in_parts import in_parts, jacobian_in_parts
 from ..._interpret.known_derivatives import FEW
 from ..._numbers import Numbers
 from ..._progress import compiling
@@ -71,7 +71,8 @@ class Evaluator:
         self.progress: bool | None = None  # messages about compilations; False: none
         self.watch: Callable[[Evaluation], None] = lambda found: None  # is called after each evaluation
         self._evaluated: dict[bytes, Evaluation] = {}
-        self._compiled = in_parts(lambda x: self._with_jacobian(self.model, x))
+        self._by_forward_mode = jacobian_in_parts(self._results_at)
+        self._by_reverse_mode = in_parts(self._with_gradients)
 
     def __call__(self, x: np.ndarray) -> Evaluation:
         """The evaluation at some values; cached."""
@@ -92,8 +93,12 @@ class Evaluator:
         return found
 
     def _run_at(self, x: np.ndarray) -> Any:
-        with trials(), compiling("the results and their derivatives", self.model, self._with_jacobian, self.reports):
-            return self._compiled(x)
+        # With few parameters a run computes its forward sensitivities in either mode.
+        is_forward = len(x) <= max(FEW, len(self.functions))
+        evaluate = self._by_forward_mode if is_forward else self._by_reverse_mode
+        with trials(), compiling("the results and their derivatives", self.model, self._results_at, self.reports):
+            (values, results), derivatives = evaluate(x)
+        return values, derivatives[0].T, results
 
     @property
     def reports(self) -> bool:
@@ -105,16 +110,16 @@ class Evaluator:
         slopes = [found.jacobian[list(rows)] for found in list(self._evaluated.values()) if found.is_good]
         return ~np.any(np.concatenate(slopes), axis=0)
 
-    def _with_jacobian(self, model: Component, x: Array | np.ndarray) -> tuple[Array, Array, list[PyTree]]:
-        def twice(x: Array) -> tuple[Array, tuple[Array, list[PyTree]]]:
-            values, results = self.results(self.free.with_values(model, x))
+    def _results_at(self, x: Any) -> tuple[Array, list[PyTree]]:
+        return self.results(self.free.with_values(self.model, x))
+
+    def _with_gradients(self, x: Any) -> tuple[tuple[Array, list[PyTree]], list[Array]]:
+        def twice(x: Numbers) -> tuple[Array, tuple[Array, list[PyTree]]]:
+            values, results = self._results_at(x)
             return values, (values, results)
 
-        # With few parameters a run computes its forward sensitivities in either mode.
-        is_forward = len(x) <= max(FEW, len(self.functions))
-        derivative = jax.jacfwd if is_forward else jax.jacrev
-        jacobian, (values, results) = derivative(twice, has_aux=True)(x)
-        return values, jacobian, results
+        jacobian, found = jax.jacrev(twice, has_aux=True)(x)
+        return found, [jacobian.T]
 
     def results(self, model: Component) -> tuple[Array, list[PyTree]]:
         """All numbers that the functions return, and the outcomes of the runs."""
