@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._evaluate.groups import ModelParameters
 from .._evaluate.initial import handed_inputs
-from .._evaluate.packing import ModelParameters
 from .._interpret.known_derivatives import FEW, are_differentiated
 from .._numbers import Numbers
 from .._tracing import is_traced

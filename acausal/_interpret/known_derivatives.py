@@ -12,8 +12,7 @@ from jaxtyping import PyTree
 
 from .._jax_private import outside_transformations
 from .._numbers import Numbers
-from .._tangents import array_of
-from .._tracing import are_traced, is_traced, known
+from .._tracing import are_traced, array_of, is_traced, known
 
 FEW = 100  # largest number of varying inputs for which the full Jacobian is computed in forward mode
 
