@@ -1,0 +1,111 @@
+"""Derivatives that jax takes at known numbers, outside of `jit`: those of the same functions under `jit`."""
+
+from collections.abc import Callable
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from _runs import Ball, Clock, Lag, Struck, charged, stick_slip
+
+from acausal import initialise, replace, simulate
+from acausal._integrate import run, stored_run
+from acausal._interpret import known_derivatives
+from acausal._interpret.in_parts import in_parts
+
+pytestmark = pytest.mark.interpreted
+
+PUSHED = {"parts[0].amplitude": 5.0, "parts[2].F_Coulomb": 2.0}
+
+
+def pushed(x: Any) -> Any:
+    return replace(stick_slip(), dict(zip(PUSHED, x, strict=True)))
+
+
+FUNCTIONS: dict[str, tuple[Callable[[Any], Any], Any]] = {
+    "end": (lambda x: simulate(charged(x[0]), x[1], save="end").final.parts[2].v, [5.0, 0.1]),
+    "steps": (lambda x: simulate(charged(x[0]), x[1]).final.parts[1].p.i, [5.0, 0.1]),
+    "rebounds": (lambda x: simulate(Ball(e=x[0], h=x[1]), 1.2, save="end").final.h, [0.7, 1.0]),
+    "stop time": (
+        lambda x: simulate(Ball(e=x[0], h=x[1]), 0.9, until=lambda s: s.h - 0.3 * s.impacts, direction="up").t1,
+        [0.7, 1.0],
+    ),
+    "saved": (lambda x: jnp.sum(simulate(Clock(knee=x[0]), 0.1, save=x[1] * jnp.arange(3.0)).x), [0.05, 0.031]),
+    "integral": (
+        lambda x: simulate(Ball(e=x[0], h=x[1]), 0.9, integrals=lambda s: s.h**2, save="end").integrals[-1],
+        [0.7, 1.0],
+    ),
+    "peak": (lambda x: simulate(Ball(v=x[0], h=x[1]), 0.4, peaks=lambda s: s.h).peaks.value, [3.0, 1.0]),
+    "start": (lambda x: simulate(Lag(k=x[0]), x[1]).final.x, [2.0, 0.5]),
+    "found start": (lambda x: initialise(Lag(k=x[0]), t0=x[1]).x, [2.0, 0.5]),
+    "impact": (lambda x: simulate(Struck(m=x[0], J=x[1]), 0.1).final.w, [2.0, 0.5]),
+    "friction": (lambda x: simulate(pushed(x), 0.5).final.parts[2].v, list(PUSHED.values())),
+}
+
+
+@pytest.mark.parametrize("case", FUNCTIONS)
+def test_derivatives_are_those_under_jit(case: str) -> None:
+    function, numbers = FUNCTIONS[case]
+    x = jnp.array(numbers)
+    value, expected = jax.jit(jax.value_and_grad(function))(x)
+    np.testing.assert_allclose(function(x), value, rtol=1e-9)
+    for found in (jax.grad(function)(x), jax.jacfwd(function)(x), jax.jacrev(function)(x)):
+        np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
+    direction = jnp.array([1.0, -0.5])
+    found = jax.jvp(function, (x,), (direction,))[1]
+    np.testing.assert_allclose(found, expected @ direction, rtol=1e-9, atol=1e-12)
+
+
+def test_a_run_is_not_traced_as_under_jit(monkeypatch: pytest.MonkeyPatch) -> None:
+    def refused(*_: object) -> Any:
+        raise AssertionError
+
+    monkeypatch.setattr(run, "run_traced", refused)
+    monkeypatch.setattr(stored_run, "run_stored", refused)
+    function, x = FUNCTIONS["friction"]
+    assert np.all(np.isfinite(jax.grad(function)(jnp.array(x))))
+
+
+@pytest.mark.parametrize("outer", [jax.grad, jax.jacfwd, jax.jacrev])
+def test_higher_derivatives_are_those_under_jit(outer: Callable[..., Any]) -> None:
+    function, numbers = FUNCTIONS["end"]
+    x = jnp.array(numbers)
+    second = outer(lambda x: jnp.sum(jax.grad(function)(x) ** 2))
+    np.testing.assert_allclose(second(x), jax.jit(second)(x), rtol=1e-9)
+
+
+def test_within_vmap_and_jit_jax_differentiates() -> None:
+    function, numbers = FUNCTIONS["rebounds"]
+    x = jnp.array([numbers, [0.6, 1.1]])
+    expected = jnp.stack([jax.grad(function)(row) for row in x])
+    np.testing.assert_allclose(jax.vmap(jax.grad(function))(x), expected, rtol=1e-9)
+    np.testing.assert_allclose(jax.grad(lambda x: jnp.sum(jax.vmap(function)(x)))(x), expected, rtol=1e-9)
+
+
+def test_many_numbers_are_differentiated_in_reverse_mode(monkeypatch: pytest.MonkeyPatch) -> None:
+    function, numbers = FUNCTIONS["end"]
+    x = jnp.array(numbers)
+    expected = jax.grad(function)(x)
+    monkeypatch.setattr(known_derivatives, "FEW", 1)
+    monkeypatch.setattr("acausal._integrate.differentiated_run.FEW", 1)
+    np.testing.assert_allclose(jax.grad(function)(x), expected, rtol=1e-9)
+
+
+def test_a_failed_run_says_why() -> None:
+    with pytest.raises(Exception, match="max_steps"):
+        jax.grad(lambda x: simulate(charged(x), 0.3, max_steps=2).final.parts[2].v)(5.0)
+
+
+def test_functions_in_parts() -> None:
+    """Also of integers, with results that do not move."""
+
+    def function(x: Any, n: Any) -> Any:
+        return dict(power=jax.lax.fori_loop(0, n, lambda _, y: y * x, 1.0), n=n + 1, kind=jnp.floor(x))
+
+    call = in_parts(function)
+    found, changes = jax.jvp(lambda x: call(x, 3), (2.5,), (2.0,))
+    assert (found["power"], found["n"], found["kind"]) == (2.5**3, 4, 2.0)
+    assert (changes["power"], changes["kind"]) == (3 * 2.5**2 * 2.0, 0.0)
+    assert changes["n"].dtype == jax.dtypes.float0
+    np.testing.assert_allclose(jax.grad(lambda x: call(x, 3)["power"])(2.5), 3 * 2.5**2, rtol=1e-14)
