@@ -58,7 +58,7 @@ FILES = {
     "_integrate.loop": "carry loop loop_start peaks",
     "_integrate.results": "event_log",
     "_evaluate": "equation_instants event_set events",
-    "_reduce": "angles event_indicators held jaxpr_instants jumps logic",
+    "_reduce": "angles event_indicators jaxpr_instants jumps traced",
     "_declare": "ifelse",
 }
 
