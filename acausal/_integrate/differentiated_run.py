@@ -8,6 +8,7 @@ import functools as ft
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -23,7 +24,7 @@ from .results.solution import Solution
 from .results.trajectories import trajectories
 from .run import WholeRun, n_saved, solution_of_run, whole_run
 from .setup.field import RunArgs
-from .setup.settings import RunNumbers, Settings
+from .setup.settings import STEPS, RunNumbers, Settings
 from .start.initialise import initialised_leaves
 from .step.derivative import HELD
 from .stored_run import contents_of
@@ -34,7 +35,8 @@ Leaves = Sequence[Any]
 def is_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> bool:
     """Whether jax differentiates a run at known numbers, with few enough derivatives for one program."""
     parts = jax.tree.leaves((leaves, numbers))
-    if settings.adjoint is not None or not are_differentiated(parts):
+    shows_progress = not isinstance(settings.progress, diffrax.NoProgressMeter)
+    if settings.adjoint is not None or shows_progress or not are_differentiated(parts):
         return False
     n = sum(np.size(leaf) for leaf in parts if is_traced(leaf))
     return n <= FEW and n * n_saved(settings, numbers) <= HELD
@@ -86,7 +88,7 @@ class _DifferentiatedRun:
         return jax.tree.map(lambda x: jnp.asarray(x, jnp.result_type(x)), found)
 
     def steps(self, arguments: tuple[Leaves, RunNumbers]) -> int:
-        return self.settings.max_steps
+        return min(self.settings.max_steps, STEPS)  # a run takes fewer steps than are permitted
 
     def contents(self, arguments: tuple[Leaves, RunNumbers]) -> list[object]:
         return contents_of(self.settings)

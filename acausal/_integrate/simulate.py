@@ -40,6 +40,7 @@ from .setup.options import (
     one_of,
     times_of,
 )
+from .setup.result import Result
 from .setup.settings import RunNumbers, Settings
 from .setup.user_function import UserFunction, as_function, trace
 from .solvers import AbstractRosenbrock, Rodas5P
@@ -174,6 +175,8 @@ def simulate(
     if is_differentiated(settings, leaves, numbers):
         with compiling("a run", model, run_differentiated, progress):
             solution = run_differentiated(settings, leaves, numbers)
+        if is_searched and throw and not is_trial() and solution.result == Result.bad_start:
+            initialised_leaves(system, jax.lax.stop_gradient(leaves), start_time, past)  # raises with the reason
     else:
         if is_searched:
             with compiling("the start", model, search_start, progress):

@@ -18,15 +18,6 @@ from .._reduce.jaxpr import DIFFERENTIATED, assembled, bind, is_floating, plain_
 Moving = tuple[bool, ...]  # which values have tangents
 
 
-def forward(closed: ClosedJaxpr, moving: Sequence[bool], n: int) -> tuple[ClosedJaxpr, Moving]:
-    """A jaxpr for the outputs and for their tangents along `n` directions, and which outputs have tangents.
-
-    `moving` marks the inputs that have tangents. These are additional inputs after all others, and the tangents are
-    additional outputs, each with a first axis of length `n`.
-    """
-    return _Forward(n).differentiated(closed, tuple(moving))
-
-
 def with_jacobian(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
     """A jaxpr for the outputs, followed by their derivatives, with respect to each number of the `moving` inputs.
 
@@ -36,7 +27,7 @@ def with_jacobian(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
     sizes = [int(np.prod(shape_of(jaxpr.invars[i]))) for i in moving]
     ends, n = np.cumsum([0, *sizes]), sum(sizes)
     floating = tuple(map(is_floating, jaxpr.outvars))
-    made, _ = _Forward(n).differentiated(closed, tuple(i in moving for i in range(len(jaxpr.invars))), floating)
+    made = _Forward(n).differentiated(closed, tuple(i in moving for i in range(len(jaxpr.invars))), floating)
     count, directions = len(jaxpr.invars), np.eye(n)
     values = [
         directions[:, a:b].reshape(n, *shape_of(jaxpr.invars[i]))
@@ -48,7 +39,7 @@ def with_jacobian(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
 
 
 class _Rule(NamedTuple):
-    """The derivative of an equation: a jaxpr as `forward` returns it."""
+    """The derivative of an equation, as `differentiated` returns it, and which results have tangents."""
 
     closed: ClosedJaxpr
     moving: Moving
@@ -64,15 +55,15 @@ class _Forward:
         self._moving: dict[Hashable, tuple[ClosedJaxpr, Moving]] = {}
         self._rules: dict[Hashable, _Rule] = {}
 
-    def differentiated(
-        self, closed: ClosedJaxpr, moving: Moving, wanted: Moving | None = None
-    ) -> tuple[ClosedJaxpr, Moving]:
-        """See `forward`. `wanted` marks the outputs whose tangents are returned; without it, all that are not zero."""
-        wanted = self.moving(closed, moving) if wanted is None else wanted
+    def differentiated(self, closed: ClosedJaxpr, moving: Moving, wanted: Moving) -> ClosedJaxpr:
+        """A jaxpr for the outputs and the wanted tangents, each of which has a first axis of `n` directions.
+
+        `moving` marks the inputs that have tangents. These follow all other inputs.
+        """
         key = id(closed), moving, wanted
         if key not in self._made:
             self._made[key] = closed, _Block(self).made(closed, moving, wanted)
-        return self._made[key][1], wanted
+        return self._made[key][1]
 
     def moving(self, closed: ClosedJaxpr, moving: Moving) -> Moving:
         """Which outputs have tangents."""
@@ -98,7 +89,7 @@ class _Forward:
         match eqn.primitive.name:
             case "cond":
                 return _any(*(self.moving(branch, moving[1:]) for branch in p["branches"]))
-            case "while":
+            case "while" if not _is_batched(eqn):
                 return self.carried(p["body_jaxpr"], *self.parts(eqn, moving)[1:])
             case "custom_jvp_call":
                 return tuple(map(is_floating, eqn.outvars))
@@ -214,7 +205,7 @@ class _Block:
             return self._append(eqn, takes, [var.aval for var in eqn.outvars], eqn.params), [None] * len(eqn.outvars)
         if (inner := _call(eqn)) is not None:
             return self._call(inner, takes, tangents)
-        if eqn.primitive.name in ("cond", "while"):
+        if eqn.primitive.name == "cond" or (eqn.primitive.name == "while" and not _is_batched(eqn)):
             gives = self._owner.moving_of(eqn, moving)
             found = getattr(self, f"_{eqn.primitive.name}")(eqn, takes, tangents, gives)
         else:
@@ -226,7 +217,7 @@ class _Block:
 
     def _cond(self, eqn: JaxprEqn, takes: list[Atom], tangents: list[Atom | None], gives: Moving) -> list[Atom]:
         moving = tuple(t is not None for t in tangents[1:])
-        branches = tuple(self._owner.differentiated(b, moving, gives)[0] for b in eqn.params["branches"])
+        branches = tuple(self._owner.differentiated(b, moving, gives) for b in eqn.params["branches"])
         inputs = [*takes, *(t for t in tangents if t is not None)]
         return self._append(eqn, inputs, self._avals(eqn.outvars, gives), {**eqn.params, "branches": branches})
 
@@ -234,7 +225,7 @@ class _Block:
         of_cond, of_body, carry = self._owner.parts(eqn, takes)
         _, fixed, moved = self._owner.parts(eqn, tangents)
         fixed_moving = tuple(t is not None for t in fixed)
-        closed, _ = self._owner.differentiated(eqn.params["body_jaxpr"], fixed_moving + gives, gives)
+        closed = self._owner.differentiated(eqn.params["body_jaxpr"], fixed_moving + gives, gives)
         # The values come before the tangents, whereas a loop has constants before its carry.
         n, m, k = len(of_body), len(carry), sum(fixed_moving)
         body = _with_inputs(closed, [*range(n), *range(n + m, n + m + k)])
@@ -303,6 +294,11 @@ def _without_unused(closed: ClosedJaxpr) -> ClosedJaxpr:
     variables = [next(names) if is_used else Var(var.aval) for var, is_used in zip(whole.invars, used, strict=True)]
     n = len(constants)
     return ClosedJaxpr(assembled(variables[n:], kept.outvars, kept.eqns, variables[:n]), constants)
+
+
+def _is_batched(eqn: JaxprEqn) -> bool:
+    """Whether a loop goes on for some members of a batch, whose axes all its values have first, also tangents."""
+    return bool(eqn.params["cond_jaxpr"].out_avals[0].shape)
 
 
 def _any(*moving: Moving) -> Moving:

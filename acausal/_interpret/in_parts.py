@@ -133,7 +133,12 @@ def traced(
     closed = jax.make_jaxpr(run)(*shapes)
     if not moving:
         return simplified(closed), outputs[0]
-    both = with_jacobian(closed, moving)
+    if any(jnp.issubdtype(var.aval.dtype, jnp.complexfloating) for var in closed.jaxpr.outvars):  # pyright: ignore
+        raise NotPlainError
+    try:
+        both = with_jacobian(closed, moving)
+    except Exception as error:  # such as of a function without a forward mode: jax differentiates it, or refuses it
+        raise NotPlainError from error
     n, m = outputs[0].num_leaves, len(both.jaxpr.outvars)
     return simplified(both), jax.tree.structure((outputs[0].unflatten(range(n)), list(range(m - n))))
 

@@ -12,6 +12,7 @@ from jaxtyping import PyTree
 
 from .._jax_private import outside_transformations
 from .._numbers import Numbers
+from .._progress import differentiating
 from .._tracing import are_traced, array_of, is_traced, known
 
 FEW = 100  # largest number of varying inputs for which the full Jacobian is computed in forward mode
@@ -40,6 +41,7 @@ def with_known_derivatives(
         return function(leaves)
 
     def rule(primals: tuple[Leaves], tangents: tuple[Leaves]) -> tuple[PyTree, PyTree]:
+        differentiating()
         (leaves,), (changes,) = primals, tangents
         moving = tuple(i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero))
         found = None

@@ -107,7 +107,7 @@ class CompilablePart:
         self.spent, self._pays = 0, PAYS * max(size, 1)  # equations interpreted, and when to compile
         self._until_optimised = REPAYS
         self._call: Callable[..., list[Value]] | None = None
-        self._is_known, self._lock = False, threading.Lock()
+        self._is_known, self._is_optimised, self._lock = False, False, threading.Lock()
 
     def spend(self, n: int) -> None:
         """Adds to the number of equations that were interpreted."""
@@ -116,7 +116,7 @@ class CompilablePart:
     def optimise(self) -> None:
         """Compile with optimisations."""
         self._call = self._made(OPTIMISED)
-        self._until_optimised, self._is_known = 0, True
+        self._is_optimised = self._is_known = True
 
     def compiled(self) -> Callable[..., list[Value]] | None:
         """The compiled function for the next call; None if it is to be interpreted."""
@@ -124,22 +124,23 @@ class CompilablePart:
             self._look()
         if self._call is None and self.spent < self._pays:
             return None
-        if self._call is None or self._until_optimised > 0:
+        if not self._is_optimised:
             with self._lock:
                 if self._call is None:
                     self._call = self._made(QUICK)
-                elif 0 < self._until_optimised <= self._steps:
+                elif not self._is_optimised and self._until_optimised <= self._steps:
                     with contextlib.suppress(Exception):  # optimisation is optional: the quick program runs anyway
                         self._call = self._made(OPTIMISED)
-                self._until_optimised -= self._steps  # after an interrupt, the next call optimises again
+                    self._is_optimised = True  # after an interrupt, the next call optimises again
+                self._until_optimised -= self._steps
         return self._call
 
     def _look(self) -> None:
         """Looks for a stored program."""
-        for level, left in ((OPTIMISED, 0), (QUICK, REPAYS)):
+        for level in (OPTIMISED, QUICK):
             found = self._compiler.stored(self._name, level, len(self._shapes))
             if found is not None:
-                self._call, self._until_optimised = found, left
+                self._call, self._is_optimised = found, level == OPTIMISED
                 break
         self._is_known = True
 
@@ -167,6 +168,6 @@ def _loops(jaxpr: Jaxpr) -> Iterator[JaxprEqn]:
     for eqn in jaxpr.eqns:
         if eqn.primitive.name == "while":
             yield eqn
-        elif eqn.primitive.name != "scan":
+        else:
             for inner in inner_jaxprs(eqn):
                 yield from _loops(inner.jaxpr)

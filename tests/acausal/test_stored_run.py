@@ -282,7 +282,7 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
     assert jax.tree.structure(first) == jax.tree.structure(second)
     jax.tree.map(np.testing.assert_array_equal, first, second)
     assert second.system is first.system
-    # One that is to be differentiated, or is part of a function that is compiled, is traced as ever.
+    # One that is to be differentiated, or is part of a function that is compiled, is not this program.
     assert jax.make_jaxpr(lambda: simulate(rc(), 1.0, save="end").final.c.v)().eqns
     assert jax.grad(lambda t: simulate(rc(), t, save="end").final.c.v)(0.1) > 0.0
     monkeypatch.setattr(program, "PAYS", 2)

@@ -88,6 +88,21 @@ def test_tangents_spread_over_carried_values() -> None:
         np.testing.assert_allclose(derivative, own, rtol=1e-14)
 
 
+def test_loops_over_batches_go_on_by_member() -> None:
+    """As many directions as members, which all inputs change."""
+
+    def member(start: Any, x: Any) -> Any:
+        return lax.while_loop(lambda s: s[0] < 3.0, lambda s: (s[0] * x[1] + x[0], s[1] + s[0] * x[2]), (start, x[0]))
+
+    def function(x: Any) -> Any:
+        return jax.vmap(lambda start: member(start, x)[1])(jnp.array([0.1, 1.0, 2.5]) * x[0])
+
+    x = jnp.array([0.9, 1.3, 0.7])
+    assert len(set(jax.vmap(lambda start: member(start, x)[0])(jnp.array([0.1, 1.0, 2.5])).tolist())) == 3
+    found = JaxprInterpreter().closed(simplified(with_jacobian(jax.make_jaxpr(function)(x), [0])))(np.asarray(x))
+    np.testing.assert_allclose(found[1], jax.jacfwd(function)(x).T, rtol=1e-13)
+
+
 def test_results_that_do_not_move_have_no_derivative() -> None:
     def function(x: Any) -> Any:
         return jnp.floor(x), lax.stop_gradient(x) * 2.0, jnp.sign(x) * 3.0, jnp.argmax(x), jnp.ones(2)

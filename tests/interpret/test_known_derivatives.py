@@ -1,7 +1,8 @@
 """Derivatives that jax takes at known numbers, outside of `jit`: those of the same functions under `jit`."""
 
+import re
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Self
 
 import jax
 import jax.numpy as jnp
@@ -9,14 +10,26 @@ import numpy as np
 import pytest
 from _runs import Ball, Clock, Lag, Struck, charged, stick_slip
 
-from acausal import initialise, replace, simulate
-from acausal._integrate import run, stored_run
+from acausal import Component, Equations, Param, Scalar, SimulationError, Var, eq, initialise, replace, simulate
 from acausal._interpret import known_derivatives
 from acausal._interpret.in_parts import in_parts
 
 pytestmark = pytest.mark.interpreted
 
 PUSHED = {"parts[0].amplitude": 5.0, "parts[2].F_Coulomb": 2.0}
+
+
+class Unreachable(Component):
+    """No start value of x gives this rate."""
+
+    k: Param[Scalar, ""] = 1.0
+    x: Var[Scalar, ""] = 0.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(rate=eq(d.x, self.k + self.x**2, check_units=False))
+
+    def initial_equations(self, d: Self) -> Equations:
+        return dict(falls=eq(d.x, -1.0, check_units=False))
 
 
 def pushed(x: Any) -> Any:
@@ -61,10 +74,11 @@ def test_a_run_is_not_traced_as_under_jit(monkeypatch: pytest.MonkeyPatch) -> No
     def refused(*_: object) -> Any:
         raise AssertionError
 
-    monkeypatch.setattr(run, "run_traced", refused)
-    monkeypatch.setattr(stored_run, "run_stored", refused)
+    monkeypatch.setattr(known_derivatives, "array_of", refused)  # is needed only where jax differentiates the function
     function, x = FUNCTIONS["friction"]
     assert np.all(np.isfinite(jax.grad(function)(jnp.array(x))))
+    with pytest.raises(AssertionError):
+        jax.hessian(function)(jnp.array(x))
 
 
 @pytest.mark.parametrize("outer", [jax.grad, jax.jacfwd, jax.jacrev])
@@ -95,6 +109,16 @@ def test_many_numbers_are_differentiated_in_reverse_mode(monkeypatch: pytest.Mon
 def test_a_failed_run_says_why() -> None:
     with pytest.raises(Exception, match="max_steps"):
         jax.grad(lambda x: simulate(charged(x), 0.3, max_steps=2).final.parts[2].v)(5.0)
+
+
+def test_a_failed_search_for_a_start_is_explained() -> None:
+    def start(k: Any) -> Any:
+        return simulate(Unreachable(k=k), 1.0, save="end").final.x
+
+    with pytest.raises(SimulationError) as expected:
+        start(1.0)
+    with pytest.raises(SimulationError, match=re.escape(str(expected.value))):
+        jax.grad(start)(1.0)
 
 
 def test_functions_in_parts() -> None:

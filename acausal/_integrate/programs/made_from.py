@@ -75,8 +75,8 @@ def contents(system: System) -> list[object]:
     """
     flat, events = system.flat, system.events
     # Functions with custom derivative rules are compared up to DERIVATIVES derivatives. In addition to those of index
-    # reduction, a linear block takes one derivative, and the solver another.
-    if np.max(system.reduced.differentiations, initial=0) > DERIVATIVES - 2:
+    # reduction, a linear block, the solver and a gradient take one derivative each.
+    if np.max(system.reduced.differentiations, initial=0) > DERIVATIVES - 3:
         raise NoFingerprintError("the index of the equations is too high")
     holders = [
         (

@@ -114,11 +114,11 @@ class Evaluator:
         return self.results(self.free.with_values(self.model, x))
 
     def _with_gradients(self, x: Any) -> tuple[tuple[Array, list[PyTree]], list[Array]]:
-        def twice(x: Numbers) -> tuple[Array, tuple[Array, list[PyTree]]]:
+        def values_with_results(x: Numbers) -> tuple[Array, tuple[Array, list[PyTree]]]:
             values, results = self._results_at(x)
             return values, (values, results)
 
-        jacobian, found = jax.jacrev(twice, has_aux=True)(x)
+        jacobian, found = jax.jacrev(values_with_results, has_aux=True)(x)
         return found, [jacobian.T]
 
     def results(self, model: Component) -> tuple[Array, list[PyTree]]:
