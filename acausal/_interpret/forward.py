@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._jax_private import Atom, ClosedJaxpr, Jaxpr, JaxprEqn, Literal, Var, new_equation, pruned, shaped
-from .._reduce.jaxpr import DIFFERENTIATED, assembled, bind, is_floating, plain_call, shape_of
+from .._reduce.jaxpr import DIFFERENTIATED, assembled, bind, dtype_of, is_floating, plain_call, shape_of
 
 Moving = tuple[bool, ...]  # which values have tangents
 
@@ -30,7 +30,7 @@ def with_jacobian(closed: ClosedJaxpr, moving: Sequence[int]) -> ClosedJaxpr:
     made = _Forward(n).differentiated(closed, tuple(i in moving for i in range(len(jaxpr.invars))), floating)
     count, directions = len(jaxpr.invars), np.eye(n)
     values = [
-        directions[:, a:b].reshape(n, *shape_of(jaxpr.invars[i]))
+        directions[:, a:b].reshape(n, *shape_of(jaxpr.invars[i])).astype(dtype_of(jaxpr.invars[i]))
         for i, a, b in zip(moving, ends, ends[1:], strict=False)
     ]
     whole = made.jaxpr
@@ -92,7 +92,7 @@ class _Forward:
             case "while" if not _is_batched(eqn):
                 return self.carried(p["body_jaxpr"], *self.parts(eqn, moving)[1:])
             case "custom_jvp_call":
-                return tuple(map(is_floating, eqn.outvars))
+                return tuple(map(_can_move, eqn.outvars))
         return self.rule(eqn, moving).moving
 
     def carried(self, body: ClosedJaxpr, constants: Moving, carry: Moving) -> Moving:
@@ -126,7 +126,7 @@ class _Forward:
         variables = [Var(atom.aval) for atom in eqn.invars]
         alone = new_equation(variables, eqn.outvars, eqn.primitive, eqn.params)
         moved = [i for i, is_moving in enumerate(moving) if is_moving]
-        floating = list(map(is_floating, eqn.outvars))
+        able = list(map(_can_move, eqn.outvars))
 
         def both(values: list[Any], tangents: list[Any]) -> list[Any]:
             def function(parts: list[Any]) -> list[Any]:
@@ -135,7 +135,7 @@ class _Forward:
 
             def along(tangents: list[Any]) -> tuple[list[Any], list[Any]]:
                 found, changes = jax.jvp(function, ([values[i] for i in moved],), (tangents,))
-                return found, [change for change, is_floating in zip(changes, floating, strict=True) if is_floating]
+                return found, [change for change, is_able in zip(changes, able, strict=True) if is_able]
 
             found, changes = jax.vmap(along, out_axes=(None, 0))(tangents)
             return [*found, *changes]
@@ -146,13 +146,13 @@ class _Forward:
         for inner in closed.jaxpr.eqns:
             if any(not isinstance(atom, Literal) and atom in depends for atom in inner.invars):
                 depends.update(inner.outvars)
-        tangents = iter(closed.jaxpr.outvars[len(floating) :])
-        given = [next(tangents) if is_floating else None for is_floating in floating]
+        tangents = iter(closed.jaxpr.outvars[len(able) :])
+        given = [next(tangents) if is_able else None for is_able in able]
         if eqn.primitive.name == "custom_jvp_call":
-            gives = tuple(floating)
+            gives = tuple(able)
         else:
             gives = tuple(atom is not None and not isinstance(atom, Literal) and atom in depends for atom in given)
-        outvars = [*closed.jaxpr.outvars[: len(floating)], *(atom for atom, g in zip(given, gives, strict=True) if g)]
+        outvars = [*closed.jaxpr.outvars[: len(able)], *(atom for atom, g in zip(given, gives, strict=True) if g)]
         jaxpr = assembled(closed.jaxpr.invars, outvars, closed.jaxpr.eqns, closed.jaxpr.constvars)
         return _Rule(_without_unused(ClosedJaxpr(jaxpr, closed.consts)), gives, eqn)
 
@@ -294,6 +294,11 @@ def _without_unused(closed: ClosedJaxpr) -> ClosedJaxpr:
     variables = [next(names) if is_used else Var(var.aval) for var, is_used in zip(whole.invars, used, strict=True)]
     n = len(constants)
     return ClosedJaxpr(assembled(variables[n:], kept.outvars, kept.eqns, variables[:n]), constants)
+
+
+def _can_move(atom: Atom) -> bool:
+    """Whether a value can have tangents. Complex ones between real inputs and outputs can, too."""
+    return bool(jnp.issubdtype(dtype_of(atom), jnp.inexact))
 
 
 def _is_batched(eqn: JaxprEqn) -> bool:

@@ -133,7 +133,7 @@ def traced(
     closed = jax.make_jaxpr(run)(*shapes)
     if not moving:
         return simplified(closed), outputs[0]
-    if any(jnp.issubdtype(var.aval.dtype, jnp.complexfloating) for var in closed.jaxpr.outvars):  # pyright: ignore
+    if closed.effects or any(jnp.issubdtype(aval.dtype, jnp.complexfloating) for aval in closed.out_avals):
         raise NotPlainError
     try:
         both = with_jacobian(closed, moving)

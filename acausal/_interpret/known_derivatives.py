@@ -45,7 +45,8 @@ def with_known_derivatives(
         (leaves,), (changes,) = primals, tangents
         moving = tuple(i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero))
         found = None
-        if sum(np.size(leaves[i]) for i in moving) <= FEW and not are_traced(leaves):
+        is_small = sum(np.size(leaves[i]) for i in moving) <= FEW
+        if is_small and all(_is_real(leaves[i]) for i in moving) and not are_traced(leaves):
             with outside_transformations():
                 found = value_and_jacobian(leaves, moving)
         if found is None:
@@ -62,7 +63,7 @@ def with_known_derivatives(
 def _products(changes: Leaves, derivatives: Leaves) -> list[Array]:
     """The products of derivatives with a direction."""
     direction = jnp.concatenate(list(map(jnp.ravel, changes)))
-    return [jnp.tensordot(direction, derivative, 1) for derivative in derivatives]
+    return [jnp.tensordot(direction, derivative, 1).astype(derivative.dtype) for derivative in derivatives]
 
 
 def _no_tangent(x: Numbers) -> np.ndarray:

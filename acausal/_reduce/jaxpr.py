@@ -185,6 +185,11 @@ def shape_of(atom: Any) -> tuple[int, ...]:
     return tuple(atom.aval.shape)
 
 
+def dtype_of(atom: Any) -> np.dtype:
+    """The type of a variable or literal of a jaxpr."""
+    return atom.aval.dtype
+
+
 def is_floating(atom: Any) -> bool:
     """Whether a variable or literal of a jaxpr is a floating-point number."""
     return bool(jnp.issubdtype(atom.aval.dtype, jnp.floating))

@@ -103,6 +103,21 @@ def test_loops_over_batches_go_on_by_member() -> None:
     np.testing.assert_allclose(found[1], jax.jacfwd(function)(x).T, rtol=1e-13)
 
 
+def through_complex(x: Any) -> Any:
+    """Real numbers in and out, with complex ones between, also in a branch, a loop and a call."""
+    z = lax.cond(x[0] > 0.0, lambda z: jnp.exp(1j * z), lambda z: 2j * z, x)
+    z = lax.fori_loop(0, 3, lambda _, z: z * (1.0 + 0.1j * x), z)
+    return jnp.abs(jax.jit(lambda z: z**2 + x[1])(z)), jnp.real(jnp.fft.fft(x)), jnp.imag(jnp.sum(z))
+
+
+def test_derivatives_pass_through_complex_numbers() -> None:
+    closed = with_jacobian(jax.make_jaxpr(through_complex)(VALUES), [0])
+    found = JaxprInterpreter().closed(simplified(closed))(VALUES)[3:]
+    for derivative, own in zip(found, jax.jacfwd(through_complex)(VALUES), strict=True):
+        assert np.any(own)
+        np.testing.assert_allclose(derivative, own.T, rtol=1e-12, atol=1e-13)
+
+
 def test_results_that_do_not_move_have_no_derivative() -> None:
     def function(x: Any) -> Any:
         return jnp.floor(x), lax.stop_gradient(x) * 2.0, jnp.sign(x) * 3.0, jnp.argmax(x), jnp.ones(2)

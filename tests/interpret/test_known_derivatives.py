@@ -133,3 +133,31 @@ def test_functions_in_parts() -> None:
     assert (changes["power"], changes["kind"]) == (3 * 2.5**2 * 2.0, 0.0)
     assert changes["n"].dtype == jax.dtypes.float0
     np.testing.assert_allclose(jax.grad(lambda x: call(x, 3)["power"])(2.5), 3 * 2.5**2, rtol=1e-14)
+
+
+def test_functions_of_other_types() -> None:
+    """In single precision, with complex inputs, and with complex results."""
+    single = in_parts(lambda x: x.astype(np.float32) ** 2)
+    value, change = jax.jvp(single, (jnp.array([1.5, 2.0]),), (jnp.array([1.0, 2.0]),))
+    assert (value.dtype, change.dtype) == (np.float32, np.float32)
+    np.testing.assert_allclose(change, [3.0, 8.0], rtol=1e-6)
+    of_single = in_parts(lambda x: 3.0 * x)
+    assert jax.grad(of_single)(np.float32(2.0)) == 3.0
+    modulus = in_parts(lambda z: jnp.abs(z) ** 2)
+    np.testing.assert_allclose(jax.grad(lambda x: modulus(x + 2j))(3.0), 6.0)
+    turned = in_parts(lambda x: jnp.exp(1j * x))
+    np.testing.assert_allclose(jax.grad(lambda x: jnp.real(turned(x)))(3.0), -np.sin(3.0))
+
+
+def test_callbacks_receive_numbers_in_every_evaluation() -> None:
+    seen: list[float] = []
+
+    def function(x: Any) -> Any:
+        jax.debug.callback(lambda value: seen.append(float(value)), 2.0 * x)
+        return x**2
+
+    call = in_parts(function)
+    for x in (1.0, 2.0, 3.0):
+        jax.grad(call)(x)
+    jax.effects_barrier()
+    assert seen == [2.0, 4.0, 6.0]
