@@ -13,7 +13,7 @@ from jaxtyping import PyTree
 from .._jax_private import outside_transformations
 from .._numbers import Numbers
 from .._progress import differentiating
-from .._tracing import are_traced, array_of, is_traced, known
+from .._tracing import are_traced, is_traced, known, pushed
 
 FEW = 100  # largest number of varying inputs for which the full Jacobian is computed in forward mode
 
@@ -50,7 +50,7 @@ def with_known_derivatives(
             with outside_transformations():
                 found = value_and_jacobian(leaves, moving)
         if found is None:
-            return jax.jvp(function, (leaves,), ([array_of(change) for change in changes],))
+            return pushed(function, primals, tangents)
         values, derivatives = found
         products = iter(_products([changes[i] for i in moving], derivatives))
         return values, jax.tree.map(lambda x: next(products) if _is_real(x) else _no_tangent(x), values)

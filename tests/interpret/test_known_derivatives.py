@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from _runs import Ball, Clock, Lag, Struck, charged, stick_slip
+from jax.custom_derivatives import SymbolicZero
 
 from acausal import Component, Equations, Param, Scalar, SimulationError, Var, eq, initialise, replace, simulate
 from acausal._interpret import known_derivatives
@@ -74,7 +75,7 @@ def test_a_run_is_not_traced_as_under_jit(monkeypatch: pytest.MonkeyPatch) -> No
     def refused(*_: object) -> Any:
         raise AssertionError
 
-    monkeypatch.setattr(known_derivatives, "array_of", refused)  # is needed only where jax differentiates the function
+    monkeypatch.setattr(known_derivatives, "pushed", refused)  # is needed only where jax differentiates the function
     function, x = FUNCTIONS["friction"]
     assert np.all(np.isfinite(jax.grad(function)(jnp.array(x))))
     with pytest.raises(AssertionError):
@@ -161,3 +162,19 @@ def test_callbacks_receive_numbers_in_every_evaluation() -> None:
         jax.grad(call)(x)
     jax.effects_barrier()
     assert seen == [2.0, 4.0, 6.0]
+
+
+def test_jax_differentiates_only_what_varies() -> None:
+    """A rule of the user sees which inputs are constant, also in a function that only jax can evaluate."""
+
+    @jax.custom_jvp
+    def product(x: Any, y: Any) -> Any:
+        return jax.pure_callback(lambda x, y: x * y, jax.ShapeDtypeStruct((), float), x, y, vmap_method="sequential")
+
+    def rule(primals: Any, tangents: Any) -> Any:
+        assert isinstance(tangents[1], SymbolicZero)
+        return product(*primals), tangents[0] * primals[1]
+
+    product.defjvp(rule, symbolic_zeros=True)
+    call = in_parts(product)
+    assert jax.grad(lambda x: call(x, 3.0))(2.0) == 3.0
