@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Self
@@ -189,9 +189,13 @@ def test_threads_share_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.fixture
-def compiled(monkeypatch: pytest.MonkeyPatch) -> Made:
-    """The parts compiled for runs, in a process without a cache."""
+def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Made]:
+    """The parts compiled for runs, in a process without a cache, also without that of jax: what it holds of an earlier
+    test run is not stored again.
+    """
     made: Made = []
+    before = bool(jax.config.jax_enable_compilation_cache)  # pyright: ignore[reportAttributeAccessIssue]
+    jax.config.update("jax_enable_compilation_cache", False)
     whole = stored_program._Store.compiled
 
     def noted(store: Any, part: str, level: str, *others: Any) -> Any:
@@ -200,7 +204,8 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Made:
 
     stored_program._program.cache_clear()
     monkeypatch.setattr(stored_program._Store, "compiled", noted)
-    return made
+    yield made
+    jax.config.update("jax_enable_compilation_cache", before)
 
 
 def run_anew(run: Callable[[], Solution[Any]]) -> Solution[Any]:
