@@ -14,19 +14,16 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
-from .._evaluate.groups import ModelParameters
-from .._evaluate.initial import handed_inputs
 from .._interpret.known_derivatives import FEW, are_differentiated
 from .._numbers import Numbers
 from .._tracing import is_traced
 from .programs.stored_program import result_of
 from .results.solution import Solution
 from .results.trajectories import trajectories
-from .run import WholeRun, n_saved, solution_of_run, whole_run
-from .setup.field import RunArgs
+from .run import WholeRun, n_saved, run_args, solution_of_run, whole_run
 from .setup.settings import STEPS, RunNumbers, Settings
 from .start.initialise import initialised_leaves
-from .step.derivative import HELD
+from .step.derivative import LARGEST_JACOBIAN
 from .stored_run import contents_of
 
 Leaves = Sequence[Any]
@@ -39,7 +36,7 @@ def is_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -
     if settings.adjoint is not None or shows_progress or not are_differentiated(parts):
         return False
     n = sum(np.size(leaf) for leaf in parts if is_traced(leaf))
-    return n <= FEW and n * n_saved(settings, numbers) <= HELD
+    return n <= FEW and n * n_saved(settings, numbers) <= LARGEST_JACOBIAN
 
 
 def run_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> Solution:
@@ -47,14 +44,6 @@ def run_differentiated(settings: Settings, leaves: Leaves, numbers: RunNumbers) 
     found: _Found = result_of(_DifferentiatedRun(settings), (list(leaves), numbers))
     params: dict[int, Any] = settings.system.intake.parameters(leaves).leaves | dict(found.discrete)
     return dataclasses.replace(solution_of_run(settings, found.run), _params=params, _final=found.final)
-
-
-def run_args(settings: Settings, leaves: Leaves, numbers: RunNumbers) -> tuple[ModelParameters, RunArgs]:
-    """The parameters of a model, and the numbers of its run."""
-    system = settings.system
-    params = system.intake.parameters(leaves)
-    handed = system.intake.handed(params, _read(settings))
-    return params, RunArgs(handed_inputs(system, handed, leaves), numbers)
 
 
 class _Found(NamedTuple):
@@ -92,14 +81,3 @@ class _DifferentiatedRun:
 
     def contents(self, arguments: tuple[Leaves, RunNumbers]) -> list[object]:
         return contents_of(self.settings)
-
-
-def _read(settings: Settings) -> set[int]:
-    """The leaves that user functions, events and discrete variables read in a run."""
-    system = settings.system
-    wanted = {*system.carried.discrete_places}
-    for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
-        wanted.update(quantity.leaves if quantity else ())
-    if system.events:
-        wanted.update(system.events.leaves)
-    return wanted

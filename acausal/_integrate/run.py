@@ -2,8 +2,8 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable
-from typing import NamedTuple
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
@@ -11,7 +11,8 @@ import jax.numpy as jnp
 from jax import Array
 from jaxtyping import PyTree
 
-from .._evaluate.initial import initial_state
+from .._evaluate.groups import ModelParameters
+from .._evaluate.initial import handed_inputs, initial_state
 from .events.run_events import RunEvents
 from .loop.carry import Carry
 from .loop.loop import StepLoop
@@ -25,6 +26,25 @@ from .setup.options import harmless, violated_demands
 from .setup.settings import RunNumbers, Settings
 from .step.adjoint import BOTH_MODES, FORWARDS, LoopKind, kind_of_loop
 from .step.derivative import differentiable
+
+
+def run_args(settings: Settings, leaves: Sequence[Any], numbers: RunNumbers) -> tuple[ModelParameters, RunArgs]:
+    """The parameters of a model, and the numbers of its run."""
+    system = settings.system
+    params = system.intake.parameters(leaves)
+    handed = system.intake.handed(params, _read(settings))
+    return params, RunArgs(handed_inputs(system, handed, leaves), numbers)
+
+
+def _read(settings: Settings) -> set[int]:
+    """The leaves that user functions, events and discrete variables read in a run."""
+    system = settings.system
+    wanted = {*system.carried.discrete_places}
+    for quantity in (settings.stop, settings.integrand, settings.peaks, settings.stored):
+        wanted.update(quantity.leaves if quantity else ())
+    if system.events:
+        wanted.update(system.events.leaves)
+    return wanted
 
 
 class WholeRun(NamedTuple):

@@ -23,12 +23,13 @@ from .._garbage import seldom_collected
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
-from .differentiated_run import is_differentiated, run_args, run_differentiated
+from .differentiated_run import is_differentiated, run_differentiated
 from .results.end_jumps import warn_of_jumps_at_end
 from .results.energy import powers, stored
 from .results.failure import is_trial, report_failure
 from .results.solution import Solution
 from .results.unresolved import warn_of_unresolved
+from .run import run_args
 from .setup.expressions import check_units_of
 from .setup.options import (
     check_known,

@@ -1,7 +1,7 @@
 """The forward mode of differentiation, as a pass over jaxprs.
 
 The derivative of each equation comes from `jax.jvp` and `jax.vmap`, traced once for all equations of its kind. So a
-long jaxpr is differentiated in a tenth of the time that jax takes, with the same equations.
+long jaxpr is differentiated in a third of the time that jax takes, with the same equations.
 """
 
 import functools as ft
@@ -178,7 +178,7 @@ class _Block:
         jaxpr = assembled(invars, outvars, self._eqns, [var for var, _ in self._constants])
         return ClosedJaxpr(jaxpr, [value for _, value in self._constants])
 
-    def _call(self, closed: ClosedJaxpr, takes: list[Atom], tangents: Sequence[Atom | None]) -> Any:
+    def _call(self, closed: ClosedJaxpr, takes: Sequence[Atom], tangents: Sequence[Atom | None]) -> Any:
         """Appends the equations of a jaxpr and of its derivatives. Returns the outputs and their tangents."""
         jaxpr = closed.jaxpr
         env: dict[Var, Atom] = dict(zip(jaxpr.invars, takes, strict=True))
@@ -245,17 +245,8 @@ class _Block:
         return [*gives]
 
     def _inlined(self, closed: ClosedJaxpr, inputs: Sequence[Atom]) -> list[Atom]:
-        env: dict[Var, Atom] = dict(zip(closed.jaxpr.invars, inputs, strict=True))
-        for var, value in zip(closed.jaxpr.constvars, closed.consts, strict=True):
-            env[var] = self._constant(var, value)
-
-        def here(atom: Atom) -> Atom:
-            return atom if isinstance(atom, Literal) else env[atom]
-
-        for eqn in closed.jaxpr.eqns:
-            found = self._append(eqn, list(map(here, eqn.invars)), [var.aval for var in eqn.outvars], eqn.params)
-            env.update(zip(eqn.outvars, found, strict=True))
-        return list(map(here, closed.jaxpr.outvars))
+        """Appends the equations of a jaxpr without derivatives."""
+        return self._call(closed, inputs, [None] * len(inputs))[0]
 
     def _instantiated(self, values: Sequence[Atom], tangents: Sequence[Atom | None], wanted: Moving) -> list[Atom]:
         """The wanted tangents; zeros where there are none."""
@@ -302,7 +293,9 @@ def _can_move(atom: Atom) -> bool:
 
 
 def _is_batched(eqn: JaxprEqn) -> bool:
-    """Whether a loop goes on for some members of a batch, whose axes all its values have first, also tangents."""
+    """Whether a loop ends at its own time for each member of a batch. The axes of the batch then precede all others,
+    also that of the directions.
+    """
     return bool(eqn.params["cond_jaxpr"].out_avals[0].shape)
 
 

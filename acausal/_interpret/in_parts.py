@@ -15,7 +15,7 @@ from .._jax_settings import programs
 from .._made_once import made_once
 from .._tracing import is_traced, within_transformation
 from .forward import with_jacobian
-from .known_derivatives import are_differentiated, with_known_derivatives
+from .known_derivatives import are_differentiated, value_and_jacobian_by_jax, with_known_derivatives
 from .program import REPAYS, Compiler, NumbersProgram
 from .simplify import NotPlainError, simplified
 
@@ -48,19 +48,11 @@ def jacobian_in_parts(function: Callable[[Any], PyTree]) -> Callable[[Any], tupl
     mode. The first axes of each derivative are those of the array, flat. It is evaluated like `in_parts`.
     """
     program = _programs(function, ())
-
-    @jax.jit
-    def by_jax(x: Array) -> tuple[PyTree, list[Array]]:
-        def along(direction: Array) -> tuple[PyTree, list[Array]]:
-            values, changes = jax.jvp(function, (x,), (direction.reshape(x.shape),))
-            pairs = zip(*map(jax.tree.leaves, (values, changes)), strict=True)
-            return values, [change for value, change in pairs if jnp.issubdtype(value.dtype, jnp.floating)]
-
-        return jax.vmap(along, out_axes=(None, 0))(jnp.eye(x.size))
+    by_jax = jax.jit(value_and_jacobian_by_jax(lambda leaves: function(*leaves), [0]))
 
     def call(x: Array) -> tuple[PyTree, list[Array]]:
         leaves, structure = jax.tree.flatten([x])
-        return evaluated(leaves, lambda kinds, _: program((), structure, kinds, (0,)), lambda leaves: by_jax(*leaves))
+        return evaluated(leaves, lambda kinds, _: program((), structure, kinds, (0,)), by_jax)
 
     return call
 
@@ -80,7 +72,7 @@ def _programs(function: Callable[..., PyTree], static_argnums: Sequence[int]) ->
         except NotPlainError:
             return None
         name = getattr(function, "__name__", "function").strip("_<>")
-        return runner(NumbersProgram(closed, Compiler(name), REPAYS // LATER, at_once=not programs.in_parts), outputs)
+        return runner(closed, outputs, Compiler(name), REPAYS // LATER)
 
     return program
 
@@ -99,20 +91,17 @@ def evaluated(
     `program(kinds, moving)` is the program for numbers of some kinds, as `traced` makes it; None if there is none.
     """
 
-    def found(leaves: list[Any], moving: tuple[int, ...]) -> Any:
+    def call(leaves: list[Any], moving: tuple[int, ...]) -> Callable[[], PyTree] | None:
         numbers = known_numbers(leaves)
-        made = None if numbers is None else program(tuple((x.shape, x.dtype) for x in numbers), moving)
-        return None if numbers is None or made is None else (made(numbers),)
+        if numbers is None:
+            return None
+        made = program(tuple((x.shape, x.dtype) for x in numbers), moving)
+        return None if made is None else ft.partial(made, numbers)
 
     if are_differentiated(leaves):
-
-        def value_and_jacobian(leaves: list[Any], moving: tuple[int, ...]) -> Any:
-            both = found(leaves, moving)
-            return None if both is None else both[0]
-
-        return with_known_derivatives(by_jax, value_and_jacobian, leaves)
-    value = found(leaves, ())
-    return by_jax(leaves) if value is None else value[0]
+        return with_known_derivatives(by_jax, call, leaves)
+    own = call(leaves, ())
+    return by_jax(leaves) if own is None else own()
 
 
 def traced(
@@ -143,8 +132,9 @@ def traced(
     return simplified(both), jax.tree.structure((outputs[0].unflatten(range(n)), list(range(m - n))))
 
 
-def runner(program: NumbersProgram, outputs: Any) -> Call:
-    """The program as a function of leaves that returns jax's arrays."""
+def runner(closed: ClosedJaxpr, outputs: Any, compiler: Compiler, steps: int) -> Call:
+    """The program of a simplified jaxpr, as a function of leaves that returns jax's arrays."""
+    program = NumbersProgram(closed, compiler, steps, at_once=not programs.in_parts)
     return lambda leaves: outputs.unflatten(jax.device_put(program(leaves), may_alias=False))
 
 

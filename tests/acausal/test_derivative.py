@@ -8,9 +8,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.custom_derivatives import SymbolicZero
 
 from acausal import Scalar
-from acausal._integrate.step.derivative import FEW, HELD, differentiable
+from acausal._integrate.step.derivative import FEW, LARGEST_JACOBIAN, differentiable
 
 MODES = {"forward": jax.jacfwd, "reverse": jax.jacrev}
 
@@ -72,8 +73,8 @@ def test_arrays_and_batches(mode: str) -> None:
 def test_where_many_numbers_vary_or_the_value_is_large_the_reversible_one_is_differentiated() -> None:
     x, y = jnp.asarray(1.5), jnp.asarray(0.7)
     with pytest.raises(WasCalled):
-        jax.grad(product(powers, not_called, size=HELD + 1))(x, y)
-    np.testing.assert_allclose(jax.grad(product(powers, unrolled, size=HELD + 1))(x, y), 4 * x**3 * y)
+        jax.grad(product(powers, not_called, size=LARGEST_JACOBIAN + 1))(x, y)
+    np.testing.assert_allclose(jax.grad(product(powers, unrolled, size=LARGEST_JACOBIAN + 1))(x, y), 4 * x**3 * y)
     numbers = {n: jnp.linspace(0.0, 1.0, n) for n in (FEW, FEW + 1)}
     quick, slow = (lambda a, f=f: f(a[0]) for f in (lambda x: jnp.sum(x**2), lambda x: jnp.sum(x**3)))
     function = differentiable(quick, slow, 1)
@@ -103,3 +104,19 @@ def test_value_and_derivatives_are_made_from_one_trace() -> None:
         jax.jit(lambda x: function([x]))(x)
         np.testing.assert_allclose(mode(mode(lambda x: function([x])))(x), 2.0 * np.eye(x.size).reshape(2 * x.shape))
     assert traces == [(), (3,)]
+
+
+def test_reverse_mode_is_taken_along_what_varies_only() -> None:
+    """A rule of the user sees which inputs are constant, also if the Jacobian would be too large."""
+
+    @jax.custom_jvp
+    def scaled(x: Any, y: Any) -> Any:
+        return x * y
+
+    def rule(primals: Any, tangents: Any) -> Any:
+        assert isinstance(tangents[1], SymbolicZero)
+        return scaled(*primals), tangents[0] * primals[1]
+
+    scaled.defjvp(rule, symbolic_zeros=True)
+    function = differentiable(not_called, lambda arrays: scaled(*arrays), LARGEST_JACOBIAN + 1)
+    assert jax.grad(lambda x: function([x, jnp.asarray(3.0)]))(2.0) == 3.0

@@ -178,3 +178,15 @@ def test_jax_differentiates_only_what_varies() -> None:
     product.defjvp(rule, symbolic_zeros=True)
     call = in_parts(product)
     assert jax.grad(lambda x: call(x, 3.0))(2.0) == 3.0
+
+
+def test_the_progress_of_a_differentiated_run_is_printed(capfd: pytest.CaptureFixture[str]) -> None:
+    """In each call, though a run without progress has a program."""
+
+    def end(V: Any, progress: bool | None) -> Any:
+        return simulate(charged(V), 0.3, save="end", progress=progress).final.parts[2].v
+
+    for progress in (None, True, True):
+        jax.grad(end)(5.0, progress)
+        jax.effects_barrier()
+        assert ("%" in capfd.readouterr().out) == (progress is True)

@@ -372,3 +372,26 @@ def test_errors_of_a_run_are_found_by_both(compiled: Made, monkeypatch: pytest.M
             run_anew(lambda: simulate(Ending(), 0.3))
         said.append(str(error.value))
     assert said[0] == said[1]
+
+
+def test_a_part_with_many_steps_in_a_call_is_optimised_in_the_second_one(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(program, "PAYS", 0)
+    store = Store()
+    run = new_program(store, steps=program.REPAYS)
+    for _ in range(3):
+        assert run(27) == FOUND[27]
+    levels = [level for part, level in store.made if part == "whole"]
+    assert levels == [QUICK, OPTIMISED]
+
+
+def test_a_loop_within_a_scan_is_compiled() -> None:
+    def function(x: Any) -> Any:
+        def long(x: Any) -> Any:
+            return lax.while_loop(lambda s: s[0] < 500, lambda s: (s[0] + 1, s[1] * 0.99 + 0.01), (0, x))[1]
+
+        return lax.map(long, x)
+
+    store, x = Store(), np.array([0.0, 2.0, 3.0])
+    (found,) = NumbersProgram(simplified(jax.make_jaxpr(function)(x)), store, 1)([x])
+    np.testing.assert_allclose(found, function(x), rtol=1e-13)
+    assert ("loop0", QUICK) in store.made

@@ -22,7 +22,7 @@ from jaxtyping import PyTree
 from ... import _program_files as files
 from ..._fingerprint import NoFingerprintError
 from ..._interpret.in_parts import Call, Kinds, evaluated, runner, traced
-from ..._interpret.program import OPTIONS, Compiler, NumbersProgram, lowered
+from ..._interpret.program import OPTIONS, Compiler, lowered
 from ..._interpret.simplify import NotPlainError
 from ..._interpret.tape import closed_of, tape_of
 from ..._jax_private import ClosedJaxpr, deserialized, serialized
@@ -77,7 +77,7 @@ def _program(function: Storable, structure: Any, kinds: Kinds, moving: tuple[int
         _write_jaxpr(file, *found)
     closed, outputs = found
     steps = function.steps(structure.unflatten(shapes))
-    return runner(NumbersProgram(closed, _Store(file, function.name), steps, at_once=not programs.in_parts), outputs)
+    return runner(closed, outputs, _Store(file, function.name), steps)
 
 
 def _file_of(function: Storable, structure: Any, kinds: Kinds, moving: tuple[int, ...]) -> Path | None:
