@@ -112,7 +112,7 @@ def _line(supply: Part, line: Part, end: Part) -> Connections:
 
 
 @pytest.mark.slow
-def test_a_line_of_200_segments_compiles_as_fast_as_one_of_5() -> None:
+def test_a_line_of_200_segments_compiles_as_fast_as_one_of_5(without_jax_cache: None) -> None:
     """Its run and its gradient, within 1.5 times."""
 
     def seconds(n: int) -> float:
@@ -127,9 +127,6 @@ def test_a_line_of_200_segments_compiles_as_fast_as_one_of_5() -> None:
         jax.jit(jax.value_and_grad(end)).lower(jnp.asarray(10.0)).compile()
         return time.process_time() - start
 
-    before = bool(jax.config.jax_enable_compilation_cache)  # pyright: ignore[reportAttributeAccessIssue]
-    jax.config.update("jax_enable_compilation_cache", False)
     seconds(3)  # what is compiled once for all
     short, long = seconds(5), seconds(200)
-    jax.config.update("jax_enable_compilation_cache", before)
     assert long < 1.5 * short, (short, long)

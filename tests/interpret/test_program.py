@@ -2,7 +2,7 @@
 
 import contextlib
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, Self
@@ -189,13 +189,9 @@ def test_threads_share_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None
 
 
 @pytest.fixture
-def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Made]:
-    """The parts compiled for runs, in a process without a cache, also without that of jax: what it holds of an earlier
-    test run is not stored again.
-    """
+def compiled(without_jax_cache: None, monkeypatch: pytest.MonkeyPatch) -> Made:
+    """The parts compiled for runs, in a process without a cache: what jax has loaded from its own is not stored."""
     made: Made = []
-    before = bool(jax.config.jax_enable_compilation_cache)  # pyright: ignore[reportAttributeAccessIssue]
-    jax.config.update("jax_enable_compilation_cache", False)
     whole = stored_program._Store.compiled
 
     def noted(store: Any, part: str, level: str, *others: Any) -> Any:
@@ -204,8 +200,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch) -> Iterator[Made]:
 
     stored_program._program.cache_clear()
     monkeypatch.setattr(stored_program._Store, "compiled", noted)
-    yield made
-    jax.config.update("jax_enable_compilation_cache", before)
+    return made
 
 
 def run_anew(run: Callable[[], Solution[Any]]) -> Solution[Any]:
