@@ -1,5 +1,6 @@
 """Keys of stored programs, and cases without one."""
 
+import dataclasses
 import os
 import pickle
 import subprocess
@@ -34,6 +35,8 @@ from acausal import (
     when,
 )
 from acausal._evaluate.building import system_of
+from acausal._evaluate.groups import ModelParameters
+from acausal._evaluate.starts import Inputs
 from acausal._fingerprint import NoFingerprintError, fingerprint
 from acausal._integrate.programs import made_from, stored_program
 from acausal._interpret import in_parts, program
@@ -332,6 +335,16 @@ print(simulate(Chain(A=jnp.diag(jnp.array([1.0, 2.0, 3.0]))), 1.0, rtol=1e-8, sa
 
 
 @pytest.mark.thorough
+def test_the_key_of_a_structure_does_not_depend_on_the_order_of_its_sets() -> None:
+    sets = [frozenset(pair) for pair in ((0, 8), (8, 0))]
+    inputs = [Inputs(ModelParameters(), jnp.zeros(2), given) for given in sets]
+    same, also = map(jax.tree.structure, inputs)
+    assert (str(same) != str(also), same == also) == (True, True)
+    other = jax.tree.structure(dataclasses.replace(inputs[0], given=frozenset((0, 1))))
+    keys = [made_from.key_of([], structure, ()) for structure in (same, also, other)]
+    assert keys[0] == keys[1] != keys[2]
+
+
 def test_a_program_with_lapack_runs_in_a_second_process(tmp_path: Path) -> None:
     """Nothing has loaded that library in it, as compiling does."""
     environment = {**os.environ, "ACAUSAL_CACHE": str(tmp_path), "ACAUSAL_OPTIMISE": "on"}

@@ -6,6 +6,7 @@ import os
 import platform
 import sys
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import ModuleType
 
@@ -33,7 +34,20 @@ def key_of(made_from: list[object], structure: PyTreeDef, kinds: tuple[tuple[tup
         raise NoFingerprintError("XLA_FLAGS changed after the import")
     shapes = [str(kind) for kind in kinds]
     settings = [(k, str(value)) for k, value in options().items() if "cache" not in k and "log" not in k]
-    return fingerprint((machine(), settings, programs.flags, str(structure), shapes, made_from))
+    return fingerprint((machine(), settings, programs.flags, list(_nodes(structure)), shapes, made_from))
+
+
+def _nodes(structure: PyTreeDef) -> Iterator[str]:
+    """The nodes of a structure and what they hold. Equal sets count as equal, though their texts may differ."""
+    data = structure.node_data()
+    kind, own = (None, None) if data is None else data
+    try:
+        held = fingerprint(own)
+    except NoFingerprintError:
+        held = str(own)
+    yield f"{kind} {held} {structure.num_nodes}"
+    for child in structure.children():
+        yield from _nodes(child)
 
 
 @ft.cache
