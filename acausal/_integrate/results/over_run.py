@@ -38,8 +38,8 @@ from .reading import SHARES, Reading
 from .trajectories import NUMBERS, trajectories
 
 ROWS = NUMBERS[-1]  # number of rows in one evaluation of a function, if numbers are known
-POINTS = 8 * SHARES  # places in each round of the search for a peak
-ROUNDS = 8  # rounds that locate a peak to 1e-10 of a piece
+POINTS = 16 * SHARES  # places in each round of the search for a peak
+ROUNDS = 5  # rounds that locate a peak to 1e-10 of a piece
 NEAR = 1e-3  # fraction of a piece from whose ends rates show whether a peak is a kink
 ROOM = 4  # pieces per step for which there is room
 T = TypeVar("T")

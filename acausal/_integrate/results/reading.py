@@ -26,7 +26,7 @@ from ..step.interval import EVALUATIONS
 from ..step.span import Span
 
 AT_ONCE = 64  # steps evaluated together, which limits the memory for matrices
-STEPS, SHARES = 128, 4  # steps, and places in each step, in one evaluation of known points
+STEPS, SHARES = 128, 16  # steps, and places in each step, in one evaluation of known points
 
 
 def within_run(t: Numbers, record: StepRecord) -> tuple[Array, Array]:
