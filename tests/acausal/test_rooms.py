@@ -65,6 +65,18 @@ def test_no_module_imports_another_in_a_circle() -> None:
     tuple(graphlib.TopologicalSorter(graph).static_order())
 
 
+def test_the_engine_imports_only_ports_of_components() -> None:
+    """Where FMUs and Modelica models become components that are to be connected."""
+    found = set[tuple[str, str]]()
+    for module, path in MODULES.items():
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.ImportFrom) and (node.module or "").partition(".")[0] == "components":
+                found.update((room, alias.name) for room in [module.split(".")[1]] for alias in node.names)
+            assert not isinstance(node, ast.Import) or all("components" not in alias.name for alias in node.names)
+    assert {room for room, _ in found} == {"fmi", "modelica"}
+    assert {name for _, name in found} == {"Input", "Output", "Pin", "Flange", "HeatPort"}
+
+
 def test_the_rooms_of_a_run_do_not_know_what_runs_them() -> None:
     drivers = {f"acausal._integrate.{name}" for name in ("run", "stored_run", "simulate")}
     inside = [module for module in MODULES if room_of(module, "acausal._integrate") >= 0]

@@ -43,7 +43,7 @@ def test_failed_rows_run_again_on_request(references: Path, tmp_path: Path, monk
 
 def test_the_page_lists_models_that_agree() -> None:
     assert "| L.Parts.Good | agrees | 0 | x by 2e-05 of its range |" in written(
-        [Compared("L.Parts.Good", "agrees", deviations={"x": 2e-5})], "about", {}
+        [Compared("L.Parts.Good", "agrees", deviations={"x": 2e-5})], "about"
     )
 
 
@@ -52,25 +52,6 @@ def test_roots_stand_before_or_after_the_model(tmp_path: Path, capsys: pytest.Ca
     library.write_text("package L model M parameter Real k = 2; Real x = k * time; end M; end L;")
     assert command_line.main(["check", "--roots", str(tmp_path), "", "L.M"]) == 0
     assert "k = 2" in capsys.readouterr().out
-
-
-def test_the_page_lists_twins() -> None:
-    assert "| Loop | plant.y 2e-10, u 0.3 |" in written([], "about", {"Loop": {"plant.y": 2e-10, "u": 0.3}})
-
-
-def test_twins_that_differ_fail(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    page = tmp_path / "page.md"
-    arguments = ["scoreboard", "--twins", "--roots", "libraries", "--table", str(page)]
-    monkeypatch.setattr(command_line, "run_twins", lambda roots: {"Loop": {"y": 1e-7}})
-    assert command_line.main(arguments) == 0
-    monkeypatch.setattr(command_line, "run_twins", lambda roots: {"Loop": {"y": float("nan")}})
-    assert command_line.main(arguments) == 1
-    assert "| Loop | y nan |" in page.read_text()
-
-
-def test_a_scoreboard_needs_something_to_compare_with(capsys: pytest.CaptureFixture[str]) -> None:
-    assert command_line.main(["scoreboard", "--roots", "libraries"]) != 0
-    assert "--references" in capsys.readouterr().err
 
 
 def test_references_and_models_that_do_not_exist_are_named(

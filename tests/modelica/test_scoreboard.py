@@ -1,8 +1,6 @@
-"""The comparison of models with references, and of circuits made twice."""
+"""The comparison of models with references."""
 
-import dataclasses
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,8 +11,6 @@ from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._scoreboard.compare import compared, signal
 from acausal.modelica._scoreboard.reference import TOLERANCE, deviation
 from acausal.modelica._scoreboard.table import written
-from acausal.modelica._scoreboard.twins.heat_and_signals import twins
-from acausal.modelica._scoreboard.twins.run import deviations, differing
 
 LAG = """
 package P
@@ -39,20 +35,6 @@ package P
     y = 2 * s;
   end Decay;
 end P;
-"""
-LOOP = """
-model Loop
-  parameter Real gain = 2;
-  record Signal Real y; end Signal;
-  Signal plant, controller;
-  Real x(start = 0, fixed = true), v(start = 0, fixed = true), e;
-equation
-  e = (if time < 0.2 then 0 else 1) - v;
-  0.3 * der(x) = e;
-  0.5 * der(v) = 1.5 * controller.y - v;
-  controller.y = gain * (e + x);
-  plant.y = v;
-end Loop;
 """
 
 
@@ -94,15 +76,6 @@ def test_partial_models_are_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
-def test_twins_are_compared() -> None:
-    """The loop of the twins without the Standard Library; a twin with another gain deviates."""
-    loop = dataclasses.replace(next(twin for twin in twins() if twin.name == "Loop"), text=LOOP)
-    other = dataclasses.replace(loop, text=LOOP.replace("gain = 2", "gain = 2.1"))
-    found: Any = {"right": deviations(loop, []), "other": deviations(other, [])}
-    assert differing(found) == ["other"]
-
-
-@pytest.mark.thorough
 def test_the_gradient_of_an_element_of_a_signal_is_checked(tmp_path: Path) -> None:
     """Elements count from 1. The fixed value is a signal, too, which no parameter changes."""
     (tmp_path / "P.mo").write_text(
@@ -136,4 +109,4 @@ def test_a_model_without_a_reference_is_simulated_over_the_interval_of_its_log(t
     (folder / "creation.txt").write_text(f'[ResultCreationLog]\nmodelName="P.Short"\n{log}Interval=0.1\n')
     row = compared("P.Short", [tmp_path / "P.mo"], folder, gradient=True)
     assert (row.stage, row.reason, row.deviations, row.gradient) == ("no reference", "", {}, "")
-    assert "| **all** | 1 | 1 | 1 | 0 | 0 | 0 of 0 |" in written([row], "about", {})
+    assert "| **all** | 1 | 1 | 1 | 0 | 0 | 0 of 0 |" in written([row], "about")

@@ -5,7 +5,7 @@ import datetime
 import json
 import re
 import textwrap
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 from .compare import Compared
@@ -23,32 +23,20 @@ def library_of(model: str) -> str:
     return ".".join(parts[:2]) if parts[0] in ("Electrical", "Magnetic", "Mechanics", "Thermal") else parts[0]
 
 
-def written(rows: Iterable[Compared], about: str, twins: Mapping[str, Mapping[str, float]]) -> str:
-    """A page in Markdown: the twins, counts by sub-library, and each model with its time, and its largest deviation or
-    why it fails.
-
-    `twins` are the deviations of the signals of each circuit that was made twice.
+def written(rows: Iterable[Compared], about: str) -> str:
+    """A page in Markdown: counts by sub-library, and each model with its time, and its largest deviation or why it
+    fails.
     """
     rows = sorted(rows, key=lambda row: row.model)
     libraries: dict[str, list[Compared]] = collections.defaultdict(list)
     for row in rows:
         libraries[library_of(row.model)].append(row)
-    lines = [f"{datetime.date.today():%d %B %Y}; {about}", "", *_twin_lines(twins)]
+    lines = [f"{datetime.date.today():%d %B %Y}; {about}", ""]
     if rows:
         lines += [*_HEAD, *(_line(name, own) for name, own in sorted(libraries.items()))]
         lines += [_line("**all**", rows), "", "| Model | Result | Time in s | Reason |", "|---|---|---|---|"]
         lines += [f"| {row.model} | {row.stage} | {row.seconds:.0f} | {_reason(row)} |" for row in rows]
     return "\n".join(lines) + "\n"
-
-
-def _twin_lines(twins: Mapping[str, Mapping[str, float]]) -> list[str]:
-    """A table of the circuits made twice: the deviation of each signal, relative to its range."""
-    if not twins:
-        return []
-    lines = ["| Circuit made twice | Largest deviations, relative to the range of the signal |", "|---|---|"]
-    for name, deviations in twins.items():
-        lines.append(f"| {name} | " + ", ".join(f"{signal} {value:.1g}" for signal, value in deviations.items()) + " |")
-    return [*lines, ""]
 
 
 _HEAD = [

@@ -1,8 +1,8 @@
 """Electrical circuits, and a motor."""
 
+from acausal import Component, Connections, connect
 from components import blocks, electrical, rotational
 
-from ...._declare.component import Component, Connections, connect
 from .twin import Twin
 
 _IMPORT = "  import Modelica.Electrical.Analog;\n  Analog.Basic.Ground ground;\n"

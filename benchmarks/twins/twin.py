@@ -3,7 +3,7 @@
 import dataclasses
 from collections.abc import Mapping
 
-from ...._declare.component import Component
+from acausal import Component
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,8 +1,8 @@
 """A heated body, and a control loop."""
 
+from acausal import Component, Connections, connect
 from components import blocks, thermal
 
-from ...._declare.component import Component, Connections, connect
 from .twin import Twin
 
 COOLING = """

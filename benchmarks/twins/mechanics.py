@@ -1,8 +1,8 @@
 """Mechanical circuits."""
 
+from acausal import Component, Connections, connect
 from components import blocks, rotational, translational
 
-from ...._declare.component import Component, Connections, connect
 from .twin import Twin
 
 SHAFTS = """
