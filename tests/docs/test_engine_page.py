@@ -8,9 +8,13 @@ import pytest
 import acausal
 
 ENGINE = Path(acausal.__file__).parent
-STOPS = {"engine.md": [8, 5, 7], "engine_c.md": [7]}  # a ratio, rtol, until; a ratio in C
+STOPS = {  # of a ratio, rtol and until; of a ratio in C, and from Modelica
+    "engine.md": [8, 5, 7],
+    "engine_c.md": [7],
+    "engine_modelica.md": [8],
+}
 PAGES = {name: (Path(__file__).parents[2] / "docs" / name).read_text() for name in STOPS}
-FILE = r"((?:_|codegen/|fmi/)[\w/]+\.py)"
+FILE = r"((?:_\w+|codegen|fmi|modelica)/[\w/]+\.py)"
 
 
 @pytest.mark.parametrize("name", PAGES)
@@ -20,7 +24,7 @@ def test_each_stop_of_a_number_is_a_function_of_the_file_named(name: str) -> Non
     for function, file in re.findall(rf"`([\w.]+)`,\s+`{FILE}`", PAGES[name]):
         owner, _, name = function.rpartition(".")
         code = (ENGINE / file).read_text()
-        assert re.search(rf"^\s*def {name}\(", code, re.MULTILINE), (function, file)
+        assert re.search(rf"^(\s*def|class) {name}\b", code, re.MULTILINE), (function, file)
         assert not owner or re.search(rf"^class {owner}\b", code, re.MULTILINE), (function, file)
 
 
