@@ -12,7 +12,7 @@ from jax.flatten_util import ravel_pytree
 from ..._compiled_once import truths_compiled_once
 from ..._numbers import Numbers
 from ..._reduce.event_indicators import Circuit, edges, sign_of
-from ..step.interval import MOST, TURN, PathSample, advance, over
+from ..step.interval import MOST, SLACK, TURN, PathSample, advance, over
 from .moment import STILL
 from .part import Part
 
@@ -132,7 +132,7 @@ class _Step(NamedTuple):
         # A function that an event has left beyond zero by rounding has not crossed unless it moves on.
         changes = (part.q1 > conditions.band) | (s.crossed & (part.q1 > jnp.maximum(part.q0, 0.0)))
         turned = advance(low, high)
-        is_part = (PARTS * part.width <= self.length * (1.0 + 1e-9)) & (turned <= TURN * (1.0 + 1e-6))
+        is_part = (PARTS * part.width <= self.length * (1.0 + SLACK)) & (turned <= TURN * (1.0 + SLACK))
         varies = (part.p0 != 0) | (part.p1 != 0) | (low.steps != high.steps)
         turns = part.near | (varies & (turned > TURN))
         turning = part.bumps(conditions.band) | (part.leaps & (low.steps != high.steps))

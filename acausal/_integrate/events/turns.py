@@ -18,7 +18,7 @@ from jax import Array
 from jaxtyping import PyTree
 
 from ..._numbers import Numbers
-from ..step.interval import MOST, TURN, PathSample, advance, over
+from ..step.interval import MOST, SLACK, TURN, PathSample, advance, over
 
 NODES = 2  # number of parts of a step at whose ends rates are evaluated, if no phase changes fast
 # Shortest part relative to the step; faster phases are only sampled. Also the width, relative to its part, to which a
@@ -88,7 +88,7 @@ def highest_turns(sample: Callable[[Numbers], PathSample], start: Numbers, end: 
         """The state after evaluating the end of a part, which becomes a node unless a phase changes too much on it."""
         node, wide = walk.node, new.t - walk.node.t
         turned = jax.vmap(advance)(node, new)
-        is_far = (turned > angle * (1.0 + 1e-6)) & (wide > 2.0 * CLOSE * width)
+        is_far = (turned > angle * (1.0 + SLACK)) & (wide > 2.0 * CLOSE * width)
         fall = node.rate - new.rate
         turns = (node.rate > 0.0) & (new.rate <= 0.0) & ~is_far
         meet = node.g + node.rate * (new.g - node.g - new.rate * wide) / jnp.where(turns, fall, 1.0)

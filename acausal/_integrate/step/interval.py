@@ -13,6 +13,7 @@ from ..._numbers import Numbers
 from ..._reduce.angles import with_angles
 
 TURN = 0.5 * math.pi  # largest change of the fastest phase on a part of a step, so that no half-wave is missed
+SLACK = 1e-6  # by which a share of a step may exceed its limit, due to rounding
 MOST = 200  # limit on the evaluations of one search; bisection safeguards it, so a longer search would never end
 EVALUATIONS = 2  # evaluations per time on a corrected path; with one matrix, more of them would not converge everywhere
 
