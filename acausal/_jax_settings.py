@@ -13,6 +13,7 @@ from typing import Any
 
 import jax
 
+from ._errors import AcausalError
 from ._jax_private import backends_are_initialized, trace_context
 from ._program_files import is_own
 
@@ -31,8 +32,26 @@ def enable_double_precision() -> None:
             "Unset the variable to get 64-bit floats.",
             stacklevel=3,
         )
+    else:
+        jax.config.update("jax_enable_x64", True)
+    programs.double = jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def check_precision() -> None:
+    """Raise `AcausalError` if jax has another float type than at the import, as within `jax.enable_x64(False)`.
+
+    Equations are traced once for the process, and those traced with one type do not fit numbers of the other.
+    """
+    now: bool = jax.config.jax_enable_x64  # pyright: ignore[reportAttributeAccessIssue]
+    if now == programs.double:
         return
-    jax.config.update("jax_enable_x64", True)
+    here, at_import = (64, 32) if now else (32, 64)
+    remedy = "unset JAX_ENABLE_X64" if now else "set JAX_ENABLE_X64=0"
+    raise AcausalError(
+        f"jax has {here}-bit floats here and had {at_import}-bit floats when acausal was imported. Models are traced "
+        f"once for the process, with the floats of the import. Remedy: leave jax.enable_x64({now}), or undo "
+        f'jax.config.update("jax_enable_x64", {now}). For {here} bits in the whole process, {remedy} before the import.'
+    )
 
 
 # Size of the buffers of a loop in bytes. A single simulation has less, a wide batch, which runs better unfused, more.
@@ -83,11 +102,13 @@ class Programs:
     """The program cache. `folder` is None if the user chose another folder for jax, or none.
 
     `flags` and `context` are the flags of XLA and the settings of jax at import, with which programs are compiled.
-    `in_parts`: programs are interpreted at first, and compiled in parts.
+    `in_parts`: programs are interpreted at first, and compiled in parts. `double`: floats have had 64 bits
+    since the import.
     """
 
     folder: Path | None = None
     in_parts: bool = True
+    double: bool = True
     flags: str | None = None
     context: Any = None
 

@@ -16,6 +16,7 @@ from .._declare.layout import complete, complete_leaves, layout_of
 from .._declare.node import check_is_node
 from .._errors import ModelError, StructureError
 from .._garbage import seldom_collected
+from .._jax_settings import check_precision
 from .._made_once import made_once
 from .._numbers import Numbers
 from .._reduce.aliases import Family, Merged, merge
@@ -66,6 +67,7 @@ def system_of(model: Component) -> System:
 
 def system_of_leaves(structure: PyTreeDef, leaves: Sequence[Numbers]) -> System:
     """The same from the leaves of a model."""
+    check_precision()
     return _system(structure, tuple(() if isinstance(leaf, float) else np.shape(leaf) for leaf in leaves))
 
 

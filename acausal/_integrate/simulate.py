@@ -20,6 +20,7 @@ from .._errors import ModelError, ParameterError
 from .._evaluate.building import system_of_leaves
 from .._evaluate.system import System
 from .._garbage import seldom_collected
+from .._jax_settings import check_precision
 from .._numbers import Numbers
 from .._progress import compiling
 from .._units.quantity import has_unit
@@ -118,6 +119,7 @@ def simulate(
     tolerance. `sol.unresolved` lists them. It warns with `JumpWarning` of events at the end time whose times depend on
     differentiated parameters, with which the results jump.
     """
+    check_precision()
     model = model if nominal is None else sized(model, nominal)
     throw, energy = flag(throw, "throw"), flag(energy, "energy")
     progress = None if progress is None else flag(progress, "progress")

@@ -15,6 +15,7 @@ from .._declare.layout import complete
 from .._declare.node import Node, Port, check_is_node, leaves_of, resolved_sizes
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
+from .._jax_settings import check_precision
 from .flat_model import FlatLeaf, FlatModel, Instances, Kind
 from .graph import connected
 from .stated import is_held_to, own_records, required, shapes_held
@@ -164,6 +165,7 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     Raises `ModelError` for a leaf of the wrong shape, a connection between unlike ports, or an open port that needs
     a connection.
     """
+    check_precision()
     check_is_node(model)
     model = complete(model)
     walker = _Walker(split, says_sizes(model))

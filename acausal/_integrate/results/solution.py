@@ -25,6 +25,7 @@ from ..._errors import ArgumentError, ModelError, UnknownNameError, listed, sugg
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._extras import DataFrame, Dataset, Panels
+from ..._jax_settings import check_precision
 from ..._numbers import Numbers, Scalar
 from ..._report import report
 from ..._save_load import described
@@ -113,6 +114,7 @@ class Solution(eqx.Module, Generic[M]):
         """The saved times, or columns of the state vectors there. A single solution saved at its steps includes the
         rows before each event.
         """
+        check_precision()
         record, forward = self._record, self._forward
         if self._path is not None:
             ts, ys = self._path
@@ -181,6 +183,7 @@ class Solution(eqx.Module, Generic[M]):
         return f"{float(self._start[0]):.6g} s to {float(self._end[0]):.6g} s"
 
     def _view(self, ts: Numbers, ys: Numbers) -> M:
+        check_precision()
         return self._model(ts, trajectories(self.system, jnp.ndim(self.t1), ts, ys, self._inputs))
 
     def _model(self, ts: Numbers, numbers: Mapping[int, Numbers]) -> M:
@@ -283,6 +286,7 @@ class Solution(eqx.Module, Generic[M]):
 
     def _dense(self, wanted: str) -> StepRecord:
         """The recorded steps with dense output. Raises `ModelError` if the run has none."""
+        check_precision()
         if self._record is None or self._record.infos is None:
             raise ModelError(
                 f"The {wanted} needs the dense output of the steps, which the run did not save. Remedy: "
