@@ -2,7 +2,7 @@
 
 import dataclasses
 import heapq
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from fractions import Fraction
 from typing import Any, NamedTuple
 
@@ -243,9 +243,11 @@ def _explanation(
         lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
         lines.append("  equations: " + listed([table.row_name(row) for row in sorted(over)]))
         lines.append("  variables: " + listed([table.variable_name(v) for v in sorted(touched)]))
+        open_ports = _open_ports(table, over)
+        lines += [f"  Nothing is connected to {port}, so {flow} is zero there." for port, flow in open_ports]
         lines.append(
-            "  Remedy: remove one of these equations or components (two ideal sources in parallel, a value fixed "
-            "twice), or put an element between them."
+            f"  Remedy: {'connect it, or ' if open_ports else ''}remove one of these equations or components (two "
+            "ideal sources in parallel, a value fixed twice), or put an element between them."
         )
     for under, touched in _pieces(spare_variables, neighbours(variables, rows, table.n_variables), mate):
         lines.append(
@@ -257,6 +259,18 @@ def _explanation(
             "  Remedy: add an equation or a component that determines one of these variables" + _hint(table, under)
         )
     return "\n".join(lines)
+
+
+def _open_ports(table: Incidence, rows: Iterable[int]) -> list[tuple[str, str]]:
+    """The ports of the components in these equations to which nothing is connected, and the name of their flow."""
+    flat, found = table.flat, dict[tuple[str, str], None]()
+    alone = {nodes[0] for nodes, _ in flat.flow_sets if len(nodes) == 1}
+    for family, inside in map(table.place, sorted(rows)):
+        if family.instances is not None:
+            nodes = flat.nodes(family.instances)[family.members[inside]].tolist()
+            names = [flat.node_name(node).rpartition(".") for node in nodes if node in alone]
+            found |= {(port, flow): None for port, _, flow in names}
+    return list(found)
 
 
 def _pieces(start: list[int], edges: list[list[int]], partner: np.ndarray) -> list[tuple[set[int], set[int]]]:

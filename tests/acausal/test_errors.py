@@ -24,7 +24,7 @@ from acausal import (
     eq,
     simulate,
 )
-from components import hydraulic, translational
+from components import hydraulic, rotational, translational
 from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor, TwoPin
 
 
@@ -169,6 +169,28 @@ def test_ideal_sources_in_parallel() -> None:
         StructureError, match=r"(?s)Too many equations.*members\[0\].*members\[1\].*sources in parallel"
     ):
         simulate(model, 1.0)
+
+
+class OpenRing(Component):
+    """A planetary gear whose ring takes up no torque."""
+
+    drive: rotational.ConstantTorque
+    gear: rotational.PlanetaryGear
+    load: rotational.Inertia
+
+    def connections(self) -> Connections:
+        return connect(self.drive.flange, self.gear.sun), connect(self.gear.carrier, self.load.a)
+
+
+def test_an_open_port_that_leaves_too_many_equations_is_named() -> None:
+    model = OpenRing(
+        drive=rotational.ConstantTorque(torque=1.0),
+        gear=rotational.PlanetaryGear(ring_to_sun=2.0),
+        load=rotational.Inertia(J=1.0),
+    )
+    with pytest.raises(StructureError, match=r"Nothing is connected to gear\.ring, so tau is zero there\.") as caught:
+        simulate(model, 1.0)
+    assert "load" not in str(caught.value)  # whose open port is usual
 
 
 class Twice(Component):
