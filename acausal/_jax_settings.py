@@ -7,6 +7,7 @@ import contextlib
 import itertools
 import os
 import sys
+import tempfile
 import warnings
 from pathlib import Path
 from typing import Any
@@ -134,7 +135,15 @@ def keep_compiled_programs() -> None:
         if not is_own(folder.stat()) and not chosen:
             folder.chmod(0o700)
         is_safe = is_own(folder.stat())
-    except OSError:  # no writable folder, as on a locked-down machine: no cache
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:  # no writable folder, as on a locked-down machine: no cache
+        if chosen:
+            warnings.warn(
+                f"Compiled programs are not cached, because {folder} cannot be written: {error.strerror}. Remedy: name "
+                "another folder by ACAUSAL_CACHE, or set ACAUSAL_CACHE=off.",
+                stacklevel=3,
+            )
         return
     if not is_safe:
         warnings.warn(

@@ -75,6 +75,7 @@ print(jax.config.values["jax_disable_most_optimizations"], len(missed) > 0)
         ({"ACAUSAL_CACHE": "off"}, "None"),
         ({"JAX_COMPILATION_CACHE_DIR": "chosen", "ACAUSAL_CACHE": "other"}, "chosen"),
         ({"ACAUSAL_CACHE": "/dev/null/none"}, "None"),
+        ({"ACAUSAL_CACHE": "/sys/kernel"}, "None"),  # exists, and nobody can write to it
         ({"XDG_CACHE_HOME": "caches"}, os.path.join("caches", "acausal")),
     ],
 )
@@ -84,12 +85,16 @@ def test_where_programs_are_kept(tmp_path: Path, setting: dict[str, str], folder
 
 
 @pytest.mark.thorough
-def test_a_folder_that_others_can_write_to_is_not_used(tmp_path: Path) -> None:
-    """The programs in the folder are run. A new folder is the user's own, and so is the usual one afterwards."""
+def test_a_folder_that_others_or_nobody_can_write_to_is_not_used(tmp_path: Path) -> None:
+    """The programs in the folder are executed. A chosen folder that is not used is a warning. A new folder is the
+    user's own, and so is the usual one afterwards.
+    """
     program = "import warnings; warnings.simplefilter('error'); import acausal"
     tmp_path.chmod(0o770)
     with pytest.raises(AssertionError, match="chmod go-w"):
         _run({"ACAUSAL_CACHE": str(tmp_path)}, program)
+    with pytest.raises(AssertionError, match="cannot be written"):
+        _run({"ACAUSAL_CACHE": "/dev/null/none"}, program)
     usual = tmp_path / "acausal"
     usual.mkdir()
     usual.chmod(0o775)
