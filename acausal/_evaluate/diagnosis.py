@@ -1,11 +1,15 @@
 """Causes of failures: linear blocks that are singular up to rounding, and the unknown that belongs to a failure."""
 
+import functools as ft
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jaxtyping import PyTree
 
+from .._indices import joined
+from .._interpret.in_parts import in_parts
 from .._numbers import Numbers
 from .._reduce.aliases import ZERO
 from .._reduce.incidence import Pair
@@ -75,12 +79,24 @@ def _log_determinant(matrices: Array) -> Array:
 
 def first_not_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Pair | None:
     """The first unknown, in the order of computation, that is not finite at a point."""
-    store = system.evaluate_all(t, y, inputs)
-    for pair, place in system.plan.places.items():
-        value = store.flat(place.segment)[place.start : place.start + system.plan.size(pair[0])]
-        if not np.all(np.isfinite(np.asarray(value))):
-            return pair
-    return None
+    are_finite = np.asarray(_are_finite(system, t, y, inputs))
+    return next((pair for pair, is_finite in zip(system.plan.places, are_finite, strict=True) if not is_finite), None)
+
+
+@ft.partial(in_parts, static_argnums=(0,))
+def _are_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
+    """Whether each unknown is finite at a point."""
+    store, plan = system.evaluate_all(t, y, inputs), system.plan
+    values = [
+        store.flat(place.segment)[place.start : place.start + plan.size(pair[0])] for pair, place in plan.places.items()
+    ]
+    return jnp.asarray([jnp.all(jnp.isfinite(value)) for value in values], bool)
+
+
+@ft.partial(in_parts, static_argnums=(0,))
+def singular_blocks_at(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
+    """`singular_blocks` at a point, in one array."""
+    return joined(singular_blocks(system, system.evaluate_all(t, y, inputs), inputs))
 
 
 def block_of(system: System, pair: Pair) -> Torn | None:

@@ -23,10 +23,9 @@ from .._declare.node import check_is_node, nodes_of
 from .._declare.node_requirements import broken
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
-from .._evaluate.diagnosis import first_not_finite, linear_blocks, singular_blocks
+from .._evaluate.diagnosis import first_not_finite, linear_blocks, singular_blocks_at
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.system import System
-from .._indices import joined
 from .._integrate.results.failure import about_block, about_range
 from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._reduce.aliases import Family, by_zero_factors, component_families
@@ -126,7 +125,7 @@ def _start(system: System, model: Component) -> list[str]:
     if pair is not None:
         said = f"{name_of(pair)} is infinite or not a number at the start."
         return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]
-    singular = joined(singular_blocks(system, system.evaluate_all(jnp.asarray(0.0), y, inputs), inputs))
+    singular = singular_blocks_at(system, jnp.asarray(0.0), y, inputs)
     pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
     return [f"{name_of(pair)} is determined by rounding errors only.{about_block(system, pair)}" for pair in pairs]
 
