@@ -107,3 +107,27 @@ def test_members_of_a_batch_fail_alone() -> None:
 
     found = jax.vmap(result)(jnp.array([0.5, 1.5]))
     np.testing.assert_array_equal(found == Result.reached_end, [False, True])
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize(
+    "function", [lambda s: jnp.log(s.x + 0.5), lambda s: {"x": s.x, "root": jnp.sqrt(0.5 - s.x)}, lambda s: s.x / 0.0]
+)
+def test_integrals_that_are_not_finite_are_named(function: Any) -> None:
+    with pytest.raises(SimulationError, match=r"At t = \S* s: .*all variables are finite here.*`integrals`"):
+        simulate(Wave(level=1.5), END, integrals=function, save="end")
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("within", [lambda f: f, jax.jit])
+def test_a_function_without_a_value_in_a_part_of_the_run_has_no_peak(within: Any) -> None:
+    """The sine falls below -1/2 after its largest value, and rises again."""
+
+    @within
+    def peaks(t1: Any) -> Any:
+        return simulate(Wave(level=1.5), t1, save="end", peaks=lambda s: {"log": jnp.log(s.x + 0.5), "x": s.x}).peaks
+
+    found = peaks(END)
+    assert np.isnan(found["log"].value)
+    assert found["x"].value == pytest.approx(1.0, abs=1e-5)
+    assert peaks(3.0)["log"].value == pytest.approx(np.log(1.5), abs=1e-5)

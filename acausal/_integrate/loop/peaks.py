@@ -94,6 +94,7 @@ class Peaks:
         before = Peak(ends[-1], jnp.full(n, end))
         after = Peak(self.values(forward * end, y, args), jnp.full(n, end))
         for one, counts in ((inside, turn.exists), (before, True), (after, True)):
-            is_higher = counts & (one.value > best.value)
+            is_lost = jnp.isnan(one.value) & ~jnp.isnan(best.value)  # there is no largest value from here on
+            is_higher = counts & ((one.value > best.value) | is_lost)
             best = Peak(*(jnp.where(is_higher, a, b) for a, b in zip(one, best, strict=True)))
         return jnp.concatenate(best)

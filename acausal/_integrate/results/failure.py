@@ -130,6 +130,11 @@ def _error(solution: Solution) -> Exception:
         said = said or f"{sentence(Result.not_finite)} The first one is {name}."
         said += about_range(system, culprit)
         return SimulationError(f"{where}{said}{about_block(system, culprit)}")
+    if solution._layout.n_integrals and not np.all(np.isfinite(solution._errors)):
+        return SimulationError(
+            f"{where}The next step is infinite or not a number, although all variables are finite here. Remedy: look "
+            "in the functions of `integrals` for logarithms, roots and quotients without a value."
+        )
     said = _about_delay(solution) if result == Result.too_many_steps else ""
     return SimulationError(where + (said or f"{sentence(result)}{_about_steps(solution)}"))
 
