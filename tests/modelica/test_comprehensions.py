@@ -53,3 +53,13 @@ def test_a_modifier_of_the_loaded_model() -> None:
     text = TEXT.replace("DECLARED", "Row row[2];").replace("VALUE", EXPRESSIONS[0])
     solution = simulate(load(text, f"P.Whole(row(p(k = {EXPRESSIONS[0]})))"), 1.0, save="end")
     assert [solution[f"row[{i}].p[3].y"][-1] for i in (1, 2)] == [13.0, 23.0]
+
+
+def test_iterators_vary_as_their_range() -> None:
+    text = """model M Integer v[3] = if time < 0.5 then {1, 1, 1} else {3, 1, 2}; Integer n = product(i for i in v);
+      Integer m = sum(2 * i for i in v); Integer w[3] = {i + 1 for i in v}; Real x(start = 0, fixed = true);
+      equation der(x) = 1; end M;"""
+    solution = simulate(load(text, "M"), 1.0, save="end")
+    assert solution["n"][-1] == 6
+    assert solution["m"][-1] == 12
+    assert solution["w"][-1].tolist() == [4, 2, 3]

@@ -117,3 +117,29 @@ def test_vectors_of_subscripts_count_for_their_own_axes() -> None:
     np.testing.assert_allclose(solution["known"], expected)
     np.testing.assert_allclose(solution["varying"][-1], expected)
     np.testing.assert_allclose(solution["part"][-1], expected[np.ix_([2, 0], [1, 2])])
+
+
+POWERS = """package P
+  function squared input Real a[:, :]; output Real b[size(a, 1), size(a, 2)]; algorithm b := a .^ 2; end squared;
+  model M
+    constant Real c[2, 2] = [2, 1; 1, 3] .^ 2;
+    parameter Real p[2, 2] = [2, 1; 1, 3];
+    parameter Real q[2, 2] = p .^ 2, r[2, 2] = p ^ 2;
+    Real x(start = 0, fixed = true), e[2, 2] = (p * x) .^ 2, m[2, 2] = (p * x) ^ 2, f[2, 2] = squared(p * x);
+    Real k[2, 2] = c + zeros(2, 2), g[2, 2] = 2 .^ (p * x), s[2, 2];
+  equation
+    der(x) = 1;
+  algorithm
+    s := (p * x) .^ p;
+  end M;
+end P;
+"""
+
+
+def test_a_power_by_elements_of_a_square_matrix_is_no_product() -> None:
+    solution = simulate(load(POWERS, "P.M"), 1.0, save="end")
+    p = np.array([[2.0, 1.0], [1.0, 3.0]])
+    expected = {"k": p**2, "q": p**2, "r": p @ p, "e": p**2, "m": p @ p, "f": p**2, "g": 2**p, "s": p**p}
+    for name, value in expected.items():
+        found = solution[name]
+        assert np.allclose(found[-1] if np.ndim(found) > 2 else found, value), name

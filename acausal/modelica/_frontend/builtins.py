@@ -475,15 +475,15 @@ def _text(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
         if arg.type.name != _TEXT[key] or arg.dims:
             raise here.error(value.at, f"the argument {key} of `String` must be of type {_TEXT[key]}, not {arg.type}.")
     variability = max(arg.variability for arg in args)
-    if args[0].type.name == "enumeration":
-        return Typed(_literal_name(args[0]), STRING, (), variability)
+    is_literal = args[0].type.name == "enumeration"
+    text = _literal_name(args[0]) if is_literal else e.Text(args[0].x)
     if x.named and variability <= PARAMETER:
         with contextlib.suppress(NotKnown):
-            values = [here.context.value(arg.x) for arg in args]
+            values = [here.context.value(x) for x in (text if is_literal else args[0].x, *(arg.x for arg in args[1:]))]
             for arg in args:
                 here.context.select(arg.x)
             return constant(_formatted(values[0], dict(zip([key for key, _ in x.named], values[1:], strict=True))))
-    return Typed(e.Text(args[0].x), STRING, (), variability)
+    return Typed(text, STRING, (), variability)
 
 
 def _formatted(value: Any, options: dict[str, Any]) -> str:
@@ -655,7 +655,7 @@ def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:
             kind, _ = of({last.name: Typed(e.Ref(last.name), whole.type, (), CONSTANT)})
             return Typed(e.ArrayOf((), "array"), kind.type, (0, *kind.dims), CONSTANT)
         return here.array([of({last.name: value}) for value in values])
-    made, _ = of({last.name: Typed(e.Ref(last.name), whole.type)})
+    made, _ = of({last.name: Typed(e.Ref(last.name), whole.type, (), whole.variability)})
     return Typed(
         e.Comprehension(made.x, ((last.name, whole.x),)), made.type, (*whole.dims, *made.dims),
         max(made.variability, whole.variability),

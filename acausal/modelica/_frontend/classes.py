@@ -730,7 +730,7 @@ class ComponentElement:
                 raise self.error(f"the class of {self.name} contains itself.")
             modifier = self.modifier
             if modifier is not None:
-                modifier = (modifier.indexed(index) if index else modifier).without_binding()
+                modifier = (modifier.indexed(self, index) if index else modifier).without_binding()
             path = self.path + (f"[{','.join(map(str, index))}]" if index else "")
             self._members[index] = self.type.instantiate(modifier, path, self)
         return self._members[index]

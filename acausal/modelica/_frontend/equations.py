@@ -40,6 +40,7 @@ class Found:
     asserts: list[e.Assert] = dataclasses.field(default_factory=list)
     whens: list[e.WhenClause] = dataclasses.field(default_factory=list)
     sizes: list[Dims] = dataclasses.field(default_factory=list)  # of the equations
+    calls: list[FlatEquation] = dataclasses.field(default_factory=list)  # without results, which determine nothing
 
     def add(self, equation: FlatEquation, dims: Dims) -> None:
         self.equations.append(equation)
@@ -229,6 +230,7 @@ class Equations:
         return x.otherwise
 
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
+        """The equations of a branch, without calls that determine nothing: their assertions hold only in the branch."""
         found = Found()
         Equations(self.here, found, is_initial=self.is_initial).all(clauses)
         return found
@@ -262,7 +264,8 @@ class Equations:
         found = self.here.typed(call)
         if not isinstance(found.x, e.FunctionCall):
             raise self.here.error(call.at, f"{call.function} is no equation.")
-        self._add(e.TupleOf(()), found.x, call.at)
+        residual = e.Binary("Sub", e.TupleOf(()), found.x)
+        self.found.calls.append(FlatEquation(residual, self.here.scope.path, "component", self._place(call.at)))
 
     def _when(self, x: t.WhenClause) -> None:
         blocks: list[tuple[e.Expression, e.Body]] = []

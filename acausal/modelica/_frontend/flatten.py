@@ -96,8 +96,8 @@ class _Flattening:
         return FlatModelica(
             name=self.name,
             variables=self.variables,
-            equations=tuple(self.found.equations),
-            initial_equations=tuple(self.initial.equations),
+            equations=(*self.found.equations, *self.found.calls),
+            initial_equations=(*self.initial.equations, *self.initial.calls),
             asserts=tuple(self.found.asserts),
             initial_asserts=tuple(self.initial.asserts),
             algorithms=tuple(self.algorithms),

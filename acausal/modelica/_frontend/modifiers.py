@@ -8,7 +8,7 @@ from .._syntax.flat import SourcePlace
 from . import tree as t
 
 if TYPE_CHECKING:
-    from .classes import Instance
+    from .classes import ComponentElement, Instance
     from .source import TextError
 
 Index = tuple[int, ...]
@@ -16,14 +16,15 @@ Index = tuple[int, ...]
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Binding:
-    """The expression of a modifier and the class instance in which its names are looked up. `indices` are those of the
-    arrays of components that the modifier has passed: the value is this element of the expression. `names` are the
-    values of iterators around the expression.
+    """The expression of a modifier and the class instance in which its names are looked up. `arrays` are the arrays of
+    components that the modifier has passed, and `indices` the members: the value is this element of the expression.
+    `names` are the values of iterators around the expression.
     """
 
     expression: t.Expression
     scope: "Instance"
     indices: Index = ()
+    arrays: "tuple[ComponentElement, ...]" = ()
     is_each: bool = False
     names: Any = None
 
@@ -31,9 +32,9 @@ class Binding:
     def at(self) -> int:
         return self.expression.at
 
-    def indexed(self, index: Index) -> "Binding":
+    def indexed(self, array: "ComponentElement", index: Index) -> "Binding":
         """The value for one element of an array of components."""
-        return dataclasses.replace(self, indices=(*self.indices, *index))
+        return dataclasses.replace(self, indices=(*self.indices, *index), arrays=(*self.arrays, array))
 
     @property
     def place(self) -> SourcePlace:
@@ -80,17 +81,19 @@ class Modifier:
     def get(self, name: str) -> "Modifier | None":
         return self.elements.get(name)
 
-    def indexed(self, index: Index) -> "Modifier":
+    def indexed(self, array: "ComponentElement", index: Index) -> "Modifier":
         """The modifier for one element of an array of components: of the modifiers inside, those without `each`."""
-        changed = {name: inner if inner.is_each else inner._of_element(index) for name, inner in self.elements.items()}
-        binding = self.binding.indexed(index) if self.binding and not self.binding.is_each else self.binding
+        changed = {
+            name: inner if inner.is_each else inner._of_element(array, index) for name, inner in self.elements.items()
+        }
+        binding = self.binding.indexed(array, index) if self.binding and not self.binding.is_each else self.binding
         return dataclasses.replace(self, elements=changed, binding=binding)
 
-    def _of_element(self, index: Index) -> "Modifier":
+    def _of_element(self, array: "ComponentElement", index: Index) -> "Modifier":
         if self.is_each:
             return self
-        binding = self.binding.indexed(index) if self.binding and not self.binding.is_each else self.binding
-        elements = {name: inner._of_element(index) for name, inner in self.elements.items()}
+        binding = self.binding.indexed(array, index) if self.binding and not self.binding.is_each else self.binding
+        elements = {name: inner._of_element(array, index) for name, inner in self.elements.items()}
         return dataclasses.replace(self, binding=binding, elements=elements)
 
     def without_binding(self) -> "Modifier":

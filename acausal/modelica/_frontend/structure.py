@@ -390,9 +390,10 @@ class Context:
             raise here.error(
                 binding.at, "the modifier of an array of components needs `each`, or a value for each of them."
             )
-        for i, size in zip(index, value.dims, strict=False):
-            if size is not None and i > size:
-                raise here.error(binding.at, f"the modifier has {size} values, but there are more components.")
+        sizes = [(size, array) for array in binding.arrays for size in self.sizes(array)]
+        for (wanted, array), size in zip(sizes, value.dims, strict=False):
+            if wanted is not None and size is not None and size != wanted:
+                raise here.error(binding.at, f"the modifier has {size} values, but {array.name} has {wanted} members.")
         x = element(value.x, [e.Const(i) for i in index])
         return value._replace(x=x, dims=value.dims[len(index) :])
 

@@ -44,6 +44,11 @@ class FlatVariable:
     place: SourcePlace | None = None  # of the declaration
     stated: SourcePlace | None = None  # of the modifier, or the declaration, that gives the value or start value
 
+    @property
+    def source(self) -> SourcePlace | None:
+        """The place of the value, or of the declaration."""
+        return self.stated or self.place
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class FlatEquation:

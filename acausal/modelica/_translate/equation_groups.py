@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..._declare.component import EquationGroup
 from ..._errors import ModelError
 from .._errors import ModelicaError
@@ -13,6 +15,7 @@ from .._syntax.flat import Algorithm, FlatEquation, SourcePlace
 from .constants import zeros
 from .forms import AlgorithmForm, Form, Residual, form_class
 from .leaves import ModelLeaf
+from .scope import Scope, located
 from .slots import Slots
 from .statement_terms import loop_names, targets_of
 from .translation import Translation
@@ -27,6 +30,7 @@ class FormGroup:
     slots: Sequence[ModelLeaf]
     name: str
     is_initial: bool
+    place: SourcePlace | None  # of the first of them
     rows: list[tuple[str, ...]] = dataclasses.field(default_factory=list)
     paths: list[str] = dataclasses.field(default_factory=list)
 
@@ -48,7 +52,17 @@ class EquationGroups:
             raise ModelicaError(f"{place}{equation.component or self._model.flat.name}: {error}") from error
         if leaves:
             name = _where(equation.place, "equation") if equation.origin == "component" else equation.origin
-            self._add(Residual(term), leaves, equation.component, name, is_initial=is_initial)
+            self._add(Residual(term), leaves, equation.component, name, equation.place, is_initial=is_initial)
+        else:
+            self._check(equation, term)
+
+    def _check(self, equation: FlatEquation, term: Any) -> None:
+        """Raises `ModelicaError` for an equation of known values that does not hold."""
+        place = equation.place or equation.origin
+        with located(place):
+            found = Residual(term).residuals(Scope(self._model.known.library))
+        if not all(np.allclose(item, 0.0) for item in found):
+            raise ModelicaError(f"{place}: the sides of this equation are known, and differ.")
 
     def add_algorithm(self, algorithm: Algorithm) -> None:
         model, slots = self._model, Slots()
@@ -62,17 +76,27 @@ class EquationGroups:
             outputs.append((name, slot, model.resolver.term(_before(model, name), slots)))
         if outputs:
             form = AlgorithmForm(body, tuple(outputs))
-            self._add(form, slots.leaves, algorithm.component, _where(algorithm.place, "algorithm"), is_initial=False)
+            name = _where(algorithm.place, "algorithm")
+            self._add(form, slots.leaves, algorithm.component, name, algorithm.place, is_initial=False)
 
     def _is_text(self, x: Any) -> bool:
         left = x.left if isinstance(x, e.Binary) else x
         variable = self._model.flat.variables.get(left.name) if isinstance(left, e.Ref) else None
         return variable is not None and (variable.type == "String" or 0 in variable.dims)
 
-    def _add(self, form: Form, leaves: Sequence[ModelLeaf], path: str, name: str, *, is_initial: bool) -> None:
+    def _add(
+        self,
+        form: Form,
+        leaves: Sequence[ModelLeaf],
+        path: str,
+        name: str,
+        place: SourcePlace | None,
+        *,
+        is_initial: bool,
+    ) -> None:
         slots = tuple((leaf.role, leaf.dims, leaf.kind, leaf.is_discrete, leaf.is_positive) for leaf in leaves)
         key = (form, is_initial, name, slots)
-        group = self.groups.setdefault(key, FormGroup(form, leaves, name, is_initial))
+        group = self.groups.setdefault(key, FormGroup(form, leaves, name, is_initial, place))
         group.rows.append(tuple(leaf.path for leaf in leaves))
         group.paths.append(attribute_path(path) if path else "")
 
@@ -86,7 +110,8 @@ class EquationGroups:
 
     def _stated(self, group: FormGroup, places: Mapping[str, int]) -> EquationGroup:
         functions = self._model.known.library
-        form = form_class(group.form, group.slots, functions, is_initial=group.is_initial, name=group.name)
+        place = str(group.place or group.name)
+        form = form_class(group.form, group.slots, functions, is_initial=group.is_initial, name=group.name, place=place)
         rows = tuple(tuple(places[attribute_path(path)] for path in row) for row in group.rows)
         return EquationGroup(form, rows, tuple(group.paths))
 

@@ -15,7 +15,7 @@ from .evaluate import evaluate
 from .execute import execute
 from .leaves import ModelLeaf
 from .nodes import instance, node_class
-from .scope import FunctionLibrary, Scope
+from .scope import FunctionLibrary, Scope, located
 from .terms import RecordOf, SlotValue
 from .values import Value, first, number
 
@@ -76,7 +76,8 @@ def _branches_as_numbers(term: Any) -> Any:
 
 def _differences(left: Value, right: Value) -> list[Value]:
     if isinstance(left, tuple):
-        pairs = [pair for pair in zip(left, right, strict=False) if pair[0] is not None]
+        results = right if isinstance(right, tuple) else (right,)
+        pairs = [pair for pair in zip(left, results, strict=False) if pair[0] is not None]
         return [item for a, b in pairs for item in _differences(a, b)]
     if isinstance(left, dict):
         return [item for name in left for item in _differences(left[name], None if right is None else right[name])]
@@ -115,9 +116,9 @@ def declaration_of(leaf: ModelLeaf) -> Declaration:
 
 
 def form_class(
-    form: Form, leaves: Sequence[ModelLeaf], functions: FunctionLibrary, *, is_initial: bool, name: str
+    form: Form, leaves: Sequence[ModelLeaf], functions: FunctionLibrary, *, is_initial: bool, name: str, place: str
 ) -> Component:
-    """A component whose leaves are the slots of a form."""
+    """A component whose leaves are the slots of a form. Errors of its evaluation name `place`."""
     names = [f"x{i}" for i in range(len(leaves))]
     roles = [leaf.role for leaf in leaves]
     constant = {"time": 1.0}  # rates; those of parameters and discrete variables are not asked for
@@ -129,7 +130,8 @@ def form_class(
             [getattr(d, x) if role == "var" else constant.get(role) for x, role in zip(names, roles, strict=True)],
             holds=not is_initial,
         )
-        found = [item for item in form.residuals(at) if np.size(item)]
+        with located(place):
+            found = [item for item in form.residuals(at) if np.size(item)]
         stated = [eq(jnp.asarray(item, float), check_units=False) for item in found]
         return {name if len(stated) == 1 else f"{name}_{i}": item for i, item in enumerate(stated)}
 

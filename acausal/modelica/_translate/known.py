@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..._errors import ModelError
+from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
 from .._syntax.visits import mapped, parts_of
@@ -116,7 +117,7 @@ class KnownValues(Mapping[str, Value]):
         if name in self._found:
             return self._found[name]
         if name in self._pending:
-            raise ModelError(f"{name} is determined by itself.")
+            raise ModelicaError(f"{variable.source}: {name} is determined by itself.")
         self._pending.add(name)
         try:
             stated = variable.start if variable.binding is None else variable.binding

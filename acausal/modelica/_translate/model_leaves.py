@@ -6,13 +6,13 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from ..._errors import ModelError
+from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
 from .constants import zeros
 from .known import is_external, shaped
 from .leaves import ModelLeaf, Role, kind_of, known_unit
-from .scope import NotKnown
+from .scope import NotKnown, located
 from .start_values import StartValues
 from .translation import INITIAL, Translation, as_leaf
 from .values import Value
@@ -59,7 +59,7 @@ class ModelLeaves:
     def _equate(self, variable: FlatVariable, left: Any, right: Any, origin: str) -> None:
         component = variable.name.rpartition(".")[0] if origin == "binding" else ""
         sides = e.Binary("Sub", left, right)
-        self._model.equations.append(FlatEquation(sides, component, origin, variable.place))
+        self._model.equations.append(FlatEquation(sides, component, origin, variable.source))
 
     # Parameters
 
@@ -94,19 +94,21 @@ class ModelLeaves:
         if leaf.value is not None:
             return leaf.value
         if variable.name in path:
-            raise ModelError(f"{variable.name} is determined by itself.")
+            raise ModelicaError(f"{variable.source}: {variable.name} is determined by itself.")
         stated = variable.start if variable.binding is None else variable.binding
         if stated is None:
             value: Value = np.zeros(variable.dims) if variable.dims else 0.0
         else:
-            term, reads = self._model.term(stated)
+            with located(variable.source):
+                term, reads = self._model.term(stated)
             if any(other.role != "param" for other in reads):
                 return self._becomes_variable(variable)
             others = [(other.variable, other) for other in reads if other.variable is not None]
             values = [self._parameter_value(other, its_leaf, [*path, variable.name]) for other, its_leaf in others]
             if any(value is None for value in values):
                 return self._becomes_variable(variable)
-            value = self._model.value(term, reads)
+            with located(variable.source):
+                value = self._model.value(term, reads)
             if reads:
                 self._model.determined.add(leaf, term, reads)
         leaf.value = as_leaf(shaped(value, variable))

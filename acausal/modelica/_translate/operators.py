@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
-from .values import Value, is_known, number, plain, power, product
+from .values import Value, element_power, is_known, number, plain, power, product
 
 
 def _quotient(a: Value, b: Value) -> Value:
@@ -27,7 +27,7 @@ _NUMERIC: dict[str, Callable[[Value, Value], Value]] = {
     "SubElem": lambda a, b: a - b,
     "MulElem": lambda a, b: a * b,
     "DivElem": _quotient,
-    "ExpElem": power,
+    "ExpElem": element_power,
 }
 _ORDERS: dict[str, Callable[[Value, Value], Value]] = {
     "Lt": lambda a, b: a < b,

@@ -1,15 +1,37 @@
 """The scope in which expressions are evaluated."""
 
+import contextlib
 import dataclasses
 from collections import ChainMap
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Protocol
 
+import jax
+
+from ..._errors import ModelError
+from .._errors import ModelicaError
 from .values import Value
 
 
 class NotKnown(Exception):
     """An expression that is not known while equations are translated; it names what is missing."""
+
+
+@contextlib.contextmanager
+def located(place: object) -> Iterator[None]:
+    """Names a place of the text in an error of what is evaluated."""
+    try:
+        yield
+    except ModelicaError:
+        raise
+    except NotKnown as error:
+        raise ModelicaError(f"{place}: {error} is not known before a run.") from error
+    except RecursionError as error:
+        raise ModelicaError(f"{place}: a function calls itself, and the number of calls is not known.") from error
+    except jax.errors.ConcretizationTypeError as error:
+        raise ModelicaError(f"{place}: a size, or the range of a loop, is not known before a run.") from error
+    except (ModelError, TypeError, ValueError, IndexError) as error:
+        raise ModelicaError(f"{place}: {error}") from error
 
 
 class FunctionLibrary(Protocol):

@@ -11,6 +11,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..._errors import ModelError
+
 Value: TypeAlias = Any
 
 
@@ -74,9 +76,16 @@ def product(a: Value, b: Value) -> Value:
 
 
 def power(a: Value, b: Value) -> Value:
-    """`a ^ b`; whole exponents that are known need no logarithm."""
-    if np.ndim(a) == 2 and is_known(b):
+    """`a ^ b` of numbers, or the product of b factors that are square matrices."""
+    if np.ndim(a) == 2:
+        if not is_known(b):
+            raise ModelError("the exponent of a matrix must be known when the model is loaded.")
         return np.linalg.matrix_power(a, int(b)) if is_known(a) else jnp.linalg.matrix_power(a, int(b))
+    return element_power(a, b)
+
+
+def element_power(a: Value, b: Value) -> Value:
+    """`a .^ b`, element by element; whole exponents that are known need no logarithm."""
     b = plain(b)
     if not is_known(a) and isinstance(b, int | float) and float(b).is_integer() and abs(b) < 1024:
         return jnp.asarray(a, float) ** int(b)

@@ -283,6 +283,10 @@ def test_options_of_string_shape_known_values() -> None:
         parameter String a = String(n, minimumLength = 5), b = String(n, minimumLength = 5, leftJustified = false);
         parameter String c = String(3.14159, significantDigits = 3), d = String(2.5, format = "6.2f");
         parameter String e = String(n); end M;""")
+    literal = variables("""type E = enumeration(a, bc); model M parameter E x = E.bc;
+        parameter String s = String(x, minimumLength = 4), t = String(x, minimumLength = 4, leftJustified = false);
+        end M;""")
+    assert literal == {"x": "E.bc", "s": "'bc  '", "t": "'  bc'"}
     assert found == {"n": "12", "a": "'12   '", "b": "'   12'", "c": "'3.14'", "d": "'  2.50'", "e": "String(n)"}
 
 

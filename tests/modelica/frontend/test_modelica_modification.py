@@ -142,7 +142,13 @@ def test_removed_elements() -> None:
         ("model A Real x; end A; model M extends A; Integer x; end M;", "two elements x that differ"),
         ("model M Real x; Real x; end M;", "declares x twice"),
         ("model A Real x; end A; model M A a[2](x = 1); end M;", "needs `each`"),
-        ("model A Real x; end A; model M A a[3](x = {1, 2}); end M;", "2 values, but there are more components"),
+        ("model A Real x; end A; model M A a[3](x = {1, 2}); end M;", "2 values, but a has 3 members"),
+        ("model A Real x; end A; model M A a[2](x = {1, 2, 3}); end M;", "3 values, but a has 2 members"),
+        ("model A Real x; end A; model M A a[2](x(start = {1, 2, 3})); end M;", "3 values, but a has 2 members"),
+        (
+            "model A Real x; end A; model B A a[2]; end B; model M B b[2](a(x = {{1, 2, 3}, {4, 5, 6}})); end M;",
+            "3 values, but a has 2 members",
+        ),
         ("model M extends M; end M;", "extends itself"),
         (
             "model A replaceable B b; end A; model B Real x; end B; model C end C; model M A a(redeclare C b); end M;",
