@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
+from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
 from ..._declare.by_name import replace
@@ -140,13 +141,18 @@ class Evaluator:
 
     def sensitivity(self, x: np.ndarray, weights: np.ndarray) -> Component:
         """Gradient of the weighted sum of the results with respect to all parameters, a tree like the model."""
+        numbers, others = eqx.partition(self.model, eqx.is_inexact_array)
+        flat, tree = ravel_pytree(numbers)
 
-        def combined(model: Component) -> Numbers:
-            return weights @ self.results(self.free.with_values(model, x))[0]
+        def combined(flat: Array) -> Array:
+            model = eqx.combine(tree(flat), others)
+            return self.results(self.free.with_values(model, x))[0] @ jnp.asarray(weights)
 
         def gradient() -> Component:
             with trials(), compiling("the sensitivities", self.model, combined, self.reports):
-                return jax.block_until_ready(eqx.filter_jit(eqx.filter_grad(combined))(self.model))
+                if len(flat) > FEW:
+                    return tree(in_parts(jax.grad(combined))(flat))
+                return tree(jacobian_in_parts(combined)(flat)[1][0])
 
         return interruptible(gradient)
 
