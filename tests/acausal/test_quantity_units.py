@@ -143,5 +143,5 @@ def test_a_volume_is_none_per_turn(unit: str) -> None:
 
 
 def test_strings_are_no_quantities() -> None:
-    with pytest.raises(ParameterError, match=r"got '20 bar'\. A number with a unit is quantity\("):
+    with pytest.raises(ParameterError, match=r"got '20 bar'\. Remedy: write quantity\(20, \"bar\"\)"):
         ConstantPressure(pressure="20 bar")  # pyright: ignore[reportArgumentType]
