@@ -122,17 +122,24 @@ def merged(outer: Modifier | None, inner: Modifier | None) -> Modifier | None:
     redeclaration = outer.redeclaration or inner.redeclaration
     if outer.redeclaration and inner.redeclaration and outer.redeclaration.extends_itself:
         redeclaration = _on_top(outer.redeclaration, inner.redeclaration)
-    if outer.redeclaration and not outer.redeclaration.extends_itself:
-        # What replaces a declaration replaces its modifiers, except those of its constraint (`classes.py`).
+    replaces = outer.redeclaration is not None and _is_replaced(inner, outer.redeclaration)
+    if replaces:
         elements = dict(outer.elements)
     return dataclasses.replace(
         outer,
-        binding=outer.binding or (None if outer.redeclaration else inner.binding),
+        binding=outer.binding or (None if replaces else inner.binding),
         elements=elements,
         redeclaration=redeclaration,
         breaks=outer.breaks | inner.breaks,
         is_final=outer.is_final or inner.is_final,
     )
+
+
+def _is_replaced(inner: Modifier, by: Redeclaration) -> bool:
+    """Whether a redeclaration replaces a modifier further inside. A component keeps the modifiers of the one that it
+    replaces; a redeclaration replaces another one with its modifiers.
+    """
+    return not by.extends_itself and (inner.redeclaration is not None or isinstance(by.element, t.Class))
 
 
 def _on_top(outer: Redeclaration, inner: Redeclaration) -> Redeclaration:

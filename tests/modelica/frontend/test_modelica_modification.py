@@ -201,3 +201,22 @@ def test_each_is_no_value_for_all_elements_of_an_array() -> None:
     text = "model A parameter Real x = 1; end A; model M A a[3](each x = {1, 2, 3}); end M;"
     with pytest.raises(ModelicaError, match="x has size a scalar, but its value has size"):
         flat(text)
+
+
+def test_a_redeclared_component_keeps_the_modifiers_between() -> None:
+    text = """
+        model A parameter Real k = 1; parameter Real l = 2; end A;
+        model B extends A(l = 20); end B;
+        model H replaceable A a(k = 100); end H;
+        model H2 extends H(a(l = 7)); end H2;
+        model M
+          H2 between(redeclare B a), given(redeclare B a(l = 5)), plain;
+          H own(redeclare B a);
+          H4 replaced(redeclare B a);
+        end M;
+        model H4 extends H(redeclare replaceable B a(l = 8)); end H4;"""
+    found = variables(text)
+    assert [found[f"{name}.a.l"] for name in ("between", "given", "plain", "own", "replaced")] == [
+        "7", "5", "7", "20", "20"
+    ]  # fmt: skip
+    assert {found[f"{name}.a.k"] for name in ("between", "given", "plain", "own")} == {"100"}
