@@ -18,6 +18,7 @@ end factorial;
 function total input Integer n; output Integer y = 0; algorithm for i in 1:n loop y := y + i; end for; end total;
 function sized input Integer n; output Real y; protected Real a[n] = ones(n); algorithm y := sum(a); end sized;
 function third input Real v[:]; output Real y; protected Integer k = 3; algorithm y := v[k]; end third;
+function empty input Real x; output Real y; end empty;
 function joint input Real v[:]; input Real w[size(v, 1)]; output Real y; algorithm y := v * w; end joint;
 """
 
@@ -57,6 +58,7 @@ def test_a_call_without_a_left_side_checks_what_is_known() -> None:
         ("sized(k)", "a size, or the range of a loop, is not known before a run"),
         ("third({x, x})", "the subscript 3 of an array of 2 is out of bounds"),
         ("joint({1, 2, 3}, {x, 2})", "shape"),
+        ("empty(x)", "the function P.empty has no algorithm that gives its outputs values"),
         ("sum([1, x; 2, 3]^k)", "the exponent of a matrix must be known when the model is loaded"),
     ],
 )
@@ -78,6 +80,10 @@ def test_an_equation_of_known_values_must_hold(section: str, equation: str) -> N
 
 def test_a_parameter_that_cannot_be_evaluated_is_refused_with_its_place() -> None:
     line = 1 + text("@").splitlines().index("@")
-    for declared in ("parameter Real a = third({1, 2});", "parameter Real a = b; parameter Real b = a;"):
+    for declared in (
+        "parameter Real a = third({1, 2});",
+        "parameter Real a = b; parameter Real b = a;",
+        "parameter Real a = mod(1.0, 0);",
+    ):
         with pytest.raises(ModelicaError, match=rf"<model>\.mo:{line}: "):
             load(text(f"  {declared}\nequation"), "P.M")

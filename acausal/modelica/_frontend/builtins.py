@@ -427,6 +427,8 @@ def _sample(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
         return _made(name, args, args[0].type, args[0].dims, 2)
     for arg in args:
         _need(here, name, x, arg, ranks=(0,))
+        if arg.variability > PARAMETER:
+            raise here.error(x.at, "the arguments of `sample` must be parameters.")
     return _made(name, args, BOOLEAN, (), 2)
 
 

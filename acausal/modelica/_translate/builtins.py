@@ -7,6 +7,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from ..._errors import ModelError
 from .values import Value, function, is_known, number, plain, stacked
 
 
@@ -14,13 +15,20 @@ def _xp(*args: Value) -> Any:
     return np if all(is_known(arg) for arg in args) else jnp
 
 
+def _check_divisor(y: Value) -> None:
+    if isinstance(y, int | float) and y == 0:
+        raise ModelError("`div`, `mod` and `rem` cannot divide by zero.")
+
+
 def _div(x: Value, y: Value) -> Value:
+    _check_divisor(y)
     if isinstance(x, int) and isinstance(y, int):
         return math.trunc(x / y)
     return plain(_xp(x, y).trunc(x / y))
 
 
 def _mod(x: Value, y: Value) -> Value:
+    _check_divisor(y)
     return x % y if isinstance(x, int | float) and isinstance(y, int | float) else plain(_xp(x, y).mod(x, y))
 
 

@@ -49,6 +49,8 @@ class Library:
         names = self._given(function, args)
         if function.is_constructor or (not function.body and not function.outputs):
             return (dict(names),)
+        if not function.body and any(formal.default is None for formal in function.outputs):
+            raise ModelError(f"the function {name} has no algorithm that gives its outputs values.")
         return by_elements(function, names, self.functions, lambda names: self._called(function, names))
 
     def _called(self, function: FlatFunction, names: dict[str, Value]) -> tuple[Value, ...]:

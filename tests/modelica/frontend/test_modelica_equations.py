@@ -256,6 +256,7 @@ def test_wrong_texts_are_refused_with_their_place(text_of_model: str, message: s
             "x\\[...\\] and y\\[...\\] have different sizes",
         ),
         ('String s = max({"a", "b"});', "needs an array of numbers"),
+        ("Boolean b = sample(0, q); Real q = time;", "arguments of `sample` must be parameters"),
         ("T x; type T extends Real; Real y; end T;", "which cannot have the element y"),
         (
             "function f output Real a, b; end f; Real x, y; equation (x + 1, y) = f();",
