@@ -87,3 +87,10 @@ def test_a_parameter_that_cannot_be_evaluated_is_refused_with_its_place() -> Non
     ):
         with pytest.raises(ModelicaError, match=rf"<model>\.mo:{line}: "):
             load(text(f"  {declared}\nequation"), "P.M")
+
+
+@pytest.mark.parametrize("clock", ["Clock(0)", "Clock(-0.1)", "Clock(-1, 10)", "Clock(1, 0)"])
+def test_the_interval_of_a_clock_is_positive(clock: str) -> None:
+    clause = f"when {clock} then n = previous(n) + 1; end when;"
+    with pytest.raises(ModelicaError, match="the interval of a clock must be positive"):
+        load(f"model M Integer n(start = 0), k = hold(n); equation {clause} end M;", "M")

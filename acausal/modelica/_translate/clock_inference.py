@@ -123,6 +123,8 @@ class Inference:
         elif x.name == "EventClock":
             base = Base(next(self._numbers), args[1] if len(args) == 2 else e.Const(0.0), first)
             partitions.give(node, Clock(base))
+        elif any(self._is_known_not_positive(arg) for arg in args):
+            raise ModelError("the interval of a clock must be positive.")
         elif len(args) == 2:
             count, resolution = self._whole(args[0]), self._whole(args[1])
             partitions.give(node, Clock(Base(0, e.Const(1)), Fraction(count, resolution)))
@@ -130,6 +132,12 @@ class Inference:
             partitions.give(node, Clock(Base(0, e.Const(1)), Fraction(count)))
         else:
             partitions.give(node, Clock(Base(next(self._numbers), first)))
+
+    def _is_known_not_positive(self, x: Any) -> bool:
+        try:
+            return bool(self.known.value(x) <= 0)
+        except NotKnown:
+            return False
 
     def _relate(self, x: e.Builtin, of: Hashable, to: Hashable) -> None:
         name, numbers = CONVERSIONS[x.name], [self._whole(arg) for arg in x.args[1:]]
