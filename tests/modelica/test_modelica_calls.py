@@ -78,6 +78,13 @@ def test_an_equation_of_known_values_must_hold(section: str, equation: str) -> N
         load(text(lines.replace("VALUE", right)), "P.M")
 
 
+@pytest.mark.parametrize("equation", ["0.1 * 3e12 = 3e11", "0.1 * 3e12 - 3e11 = 0", "{0.1 * 3e12, 1} = {3e11, 1}"])
+def test_known_sides_of_an_equation_may_differ_by_rounding(equation: str) -> None:
+    load(text(f"equation\n  {equation};\nequation"), "P.M")
+    with pytest.raises(ModelicaError, match="the sides of this equation are known, and differ"):
+        load(text(f"equation\n  {equation.replace('3e11', '3.00001e11')};\nequation"), "P.M")
+
+
 def test_a_parameter_that_cannot_be_evaluated_is_refused_with_its_place() -> None:
     line = 1 + text("@").splitlines().index("@")
     for declared in (

@@ -21,6 +21,8 @@ from .statement_terms import loop_names, targets_of
 from .translation import Translation
 from .tree import attribute_path
 
+ROUNDING = 1e-8  # by which known sides of an equation may differ, relative to its largest number
+
 
 @dataclasses.dataclass
 class FormGroup:
@@ -57,11 +59,11 @@ class EquationGroups:
             self._check(equation, term)
 
     def _check(self, equation: FlatEquation, term: Any) -> None:
-        """Raises `ModelicaError` for an equation of known values that does not hold."""
-        place = equation.place or equation.origin
+        """Raises `ModelicaError` for an equation of known values that does not hold, up to rounding."""
+        place, form, scope = equation.place or equation.origin, Residual(term), Scope(self._model.known.library)
         with located(place):
-            found = Residual(term).residuals(Scope(self._model.known.library))
-        if not all(np.allclose(item, 0.0) for item in found):
+            found, size = form.residuals(scope), form.size(scope)
+        if not all(np.allclose(item, 0.0, atol=ROUNDING * (1.0 + size)) for item in found):
             raise ModelicaError(f"{place}: the sides of this equation are known, and differ.")
 
     def add_algorithm(self, algorithm: Algorithm) -> None:

@@ -32,6 +32,11 @@ class Residual:
             return _differences(evaluate(left, at), evaluate(right, at))
         return _differences(evaluate(_branches_as_numbers(self.term), at), None)
 
+    def size(self, at: Scope) -> float:
+        """The largest of the numbers whose sum or difference must vanish."""
+        found = [item for x in _addends(self.term) for item in _differences(evaluate(as_numbers(x), at), None)]
+        return max((float(np.max(np.abs(item), initial=0.0)) for item in found), default=0.0)
+
 
 @dataclasses.dataclass(frozen=True)
 class AlgorithmForm:
@@ -92,6 +97,12 @@ def _differences(left: Value, right: Value) -> list[Value]:
     if np.shape(left) != np.shape(right):
         raise TypeError(f"the sides have different shapes: {np.shape(left)} and {np.shape(right)}.")
     return [left - right]
+
+
+def _addends(term: Any) -> list[Any]:
+    if isinstance(term, e.Binary) and term.op in ("Add", "Sub"):
+        return [*_addends(term.left), *_addends(term.right)]
+    return [] if isinstance(term, e.TupleOf | e.If) else [term]
 
 
 Form = Residual | AlgorithmForm
