@@ -82,6 +82,34 @@ def test_the_value_of_a_field_selects(declared: str, expected: dict[str, tuple[i
         assert solution[f"{name}.w"][-1] == w
 
 
+MADE = """package Made
+  record Inner parameter Integer m = 2; Real a; end Inner;
+  record Outer Inner core; parameter Real k = 1; Real b; end Outer;
+  function made
+    input Real x;
+    output Outer y = Outer(Inner(3, 2 * x), 7, 6 * x);
+    algorithm
+  end made;
+  model Whole
+    parameter Real p = 1;
+    Outer y = made(p);
+    Real s[y.core.m], sum;
+  equation
+    for i in 1:y.core.m loop
+      s[i] = i * y.core.a;
+    end for;
+    sum = y.core.m + y.k + y.b;
+  end Whole;
+end Made;
+"""
+
+
+def test_parameters_among_the_fields_of_a_record_have_the_values_of_the_call() -> None:
+    solution = simulate(load(MADE, "Made.Whole"), 0.0, save="end")
+    assert_allclose(solution["s"][-1], [2.0, 4.0, 6.0])
+    assert solution["sum"][-1] == 3 + 7 + 6
+
+
 CALLED = """package Called
   record Data
     Real a, b, c, d;

@@ -254,10 +254,13 @@ class _Flattening:
             raise component.error(f"{component.name} is of the {instance.kind} {instance.name}.")
 
     def _record(self, component: ComponentElement) -> None:
-        """The equation of a record that a call of a function gives; its fields have no values of their own then."""
+        """The equation of a record that a call of a function gives; its fields have no values of their own then.
+
+        Fields that are parameters need values of their own.
+        """
         self.context.register(component)
         value = self.context.binding(component)
-        if value is None or component.variability or value.dims:
+        if value is None or component.variability or value.dims or _has_parameters(component.prototype):
             return
         if isinstance(value.x, e.FunctionCall) and not value.x.is_constructor:
             place = component.scope.source.place(component.tree.at)
@@ -459,6 +462,15 @@ class _Flattening:
         outputs = tuple(dict.fromkeys(target.name for target in targets(body)))
         found = self.initial_algorithms if section.is_initial else self.algorithms
         found.append(Algorithm(body, outputs, base.path, place))
+
+
+def _has_parameters(record: Instance) -> bool:
+    """Whether a record has a field that is a parameter or a constant."""
+    for one in record.components():
+        is_record = type_of(one.prototype).name == "record"
+        if one.variability in ("constant", "parameter") or (is_record and _has_parameters(one.prototype)):
+            return True
+    return False
 
 
 def _has_equation(component: ComponentElement | None) -> bool:
