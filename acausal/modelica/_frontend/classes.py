@@ -15,7 +15,7 @@ from .._errors import ModelicaError
 from . import restrictions
 from . import tree as t
 from .library import Definition, Libraries
-from .modifiers import Index, Modifier, Redeclaration, connection_text, merged, modifier_of
+from .modifiers import Index, Modifier, Redeclaration, connection_text, merged, modifier_of, redeclaration_of
 from .parse import parse
 from .source import Source, TextError
 
@@ -50,7 +50,8 @@ def join(path: str, name: str) -> str:
 @dataclasses.dataclass(eq=False)
 class ClassElement:
     """A class as an element of a class instance. `scope` encloses its text; None at the top. `extended` is the class
-    that a class which extends itself replaces.
+    that a class which extends itself replaces. `modifier` has priority over the modification of a short class, and this
+    one over `kept`, the modifiers of the constraint.
     """
 
     name: str
@@ -59,6 +60,7 @@ class ClassElement:
     top: "Top"
     load: Callable[[], Definition]
     modifier: Modifier | None = None
+    kept: Modifier | None = None
     extended: "ClassElement | None" = None
     is_protected: bool = False
     original: "ClassElement | None" = None  # the one that a redeclaration has replaced
@@ -88,13 +90,21 @@ class ClassElement:
             found._instance = Instance(found, found.modifier, found.path, None)
             found._instance.is_class = True
             if self.original is not None:
-                self._check(self.original)
+                wanted = self.original.constraint.instance
+                check_subtype(found._instance, wanted, lambda text: self.definition.source.error(self.tree.at, text))
         return found._instance
 
     def target(self) -> "ClassElement":
         """The class that this one is another name for; itself if it is none."""
         body = self.tree.body
-        if not isinstance(body, t.Short) or body.dims or body.causality or body.modification or self.modifier:
+        if (
+            not isinstance(body, t.Short)
+            or body.dims
+            or body.causality
+            or body.modification
+            or self.modifier
+            or self.kept
+        ):
             return self
         if self._pending or self.tree.is_encapsulated:
             return self
@@ -105,11 +115,20 @@ class ClassElement:
             self._pending = False
         return found if found.tree.kind == self.tree.kind and not self.extended else self
 
-    def _check(self, original: "ClassElement") -> None:
-        """Checks a redeclared class against the constraint of the declaration that it replaces."""
-        constraint, scope = original.tree.constraint, original.definition_scope
-        wanted = scope.find_class(constraint.type, original.definition.source) if constraint else original
-        check_subtype(self.instance, wanted.instance, lambda text: self.definition.source.error(self.tree.at, text))
+    @property
+    def constraint(self) -> "ClassElement":
+        """The constraining type of redeclarations (section 7.3.2)."""
+        stated = self.tree.constraint
+        if stated is not None:
+            return self.definition_scope.find_class(stated.type, self.definition.source)
+        return self.original.constraint if self.original is not None else self
+
+    def keep(self, modifier: Modifier | None) -> None:
+        """Adds the modifiers of the constraint."""
+        if isinstance(self.tree.body, t.Short):
+            self.kept = modifier
+        else:
+            self.modifier = merged(self.modifier, modifier)
 
     @property
     def is_partial(self) -> bool:
@@ -270,56 +289,65 @@ class Instance:
     def _class(self, name: str, load: Callable[[], Definition], tree: t.Class | None) -> ClassElement:
         """The element of a class in the text, or what a modifier makes of it."""
         outer = self.modifier.get(name) if self.modifier else None
-        is_protected = tree.is_protected if tree else False
-        found = ClassElement(name, self, self, self.top, load, is_protected=is_protected)
-        if tree is not None and tree.constraint is not None and (outer is None or outer.redeclaration is None):
-            outer = merged(outer, _below_own(tree, self, _constraint_modifier(tree, self)))
-        if outer is None:
-            return found
+        found = ClassElement(name, self, self, self.top, load, is_protected=tree.is_protected if tree else False)
         if tree is not None:
-            self._check_changed(name, tree, outer)
-        redeclaration = outer.redeclaration
+            found.keep(_constraint_modifier(tree, self))
+        return found if outer is None else self._modified_class(found, tree, outer)
+
+    def _modified_class(self, found: ClassElement, tree: t.Class | None, outer: Modifier) -> ClassElement:
+        if tree is not None:
+            self._check_changed(found.name, tree, outer)
+        redeclaration, inside = outer.redeclaration, outer.without_redeclaration()
         if redeclaration is None:
             if outer.binding is not None:
-                raise outer.error(f"{name} is a class, which `redeclare` replaces, not a value.")
-            found.modifier = outer
+                raise outer.error(f"{found.name} is a class, which `redeclare` replaces, not a value.")
+            found.modifier = merged(inside, found.modifier)
             return found
         if isinstance(redeclaration.element, t.Component):
-            raise outer.error(f"{name} is a class, and cannot be redeclared as a component.")
-        return self._redeclared(found, redeclaration, outer)
-
-    def _redeclared(self, found: ClassElement, redeclaration: Redeclaration, outer: Modifier | None) -> ClassElement:
-        below = redeclaration.below
+            raise outer.error(f"{found.name} is a class, and cannot be redeclared as a component.")
+        original, below, new = found, redeclaration.below, redeclaration.element
         if below is not None:
-            found = self._redeclared(found, below, None)
-        tree = redeclaration.element
-        assert isinstance(tree, t.Class)
-        definition = Definition(tree, redeclaration.scope.source, None)
-        new = ClassElement(
+            found = self._modified_class(found, tree, below)
+        definition = Definition(new, redeclaration.scope.source, None)
+        changed = ClassElement(
             found.name, redeclaration.scope, self, self.top, lambda: definition, is_protected=found.is_protected
         )
-        new.original = found
+        changed.original = found
+        changed.modifier = inside
+        kept = _constraint_modifier(new, redeclaration.scope)
         if redeclaration.extends_itself:
-            new.extended = found
-            new.modifier = dataclasses.replace(outer, redeclaration=None) if outer else None
-            return new
-        constraint = _constraint_modifier(found.tree, found.definition_scope)
-        own = dataclasses.replace(outer, redeclaration=None) if outer and outer.elements else None
-        new.modifier = merged(own, _below_own(tree, redeclaration.scope, constraint))
-        return new
+            changed.extended = found
+        else:
+            kept = merged(kept, self._kept(original.tree, below))
+        changed.keep(kept)
+        return changed
+
+    def _kept(self, tree: t.Class | t.Component, outer: Modifier | None) -> Modifier | None:
+        """The modifiers that redeclarations of an element have, too: those of its constraint, or of a declaration
+        without one, and those that modify the element (section 7.3.2).
+        """
+        if outer is not None and outer.redeclaration is not None:
+            redeclaration = outer.redeclaration
+            constraint = _constraint_modifier(redeclaration.element, redeclaration.scope)
+            return merged(outer.without_redeclaration(), merged(constraint, self._kept(tree, redeclaration.below)))
+        if tree.constraint is not None:
+            return merged(outer, _constraint_modifier(tree, self))
+        body = tree if isinstance(tree, t.Component) else tree.body
+        own = modifier_of(body.modification, self) if isinstance(body, t.Component | t.Short) else None
+        return merged(outer, own)
 
     def _check_changed(self, name: str, tree: t.Class | t.Component, outer: Modifier) -> None:
         redeclaration = outer.redeclaration
-        if redeclaration and not tree.is_replaceable and not redeclaration.extends_itself:
-            if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
-                return
-            raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
         if tree.is_outer and not tree.is_inner and (outer.redeclaration or outer.binding or outer.elements):
             raise outer.error(f"the modifier changes {name}, which is outer.")
         if redeclaration and isinstance(tree, t.Component) and tree.variability == "constant":
             raise outer.error(f"{name} is a constant, and cannot be redeclared.")
         if outer.redeclaration and tree.is_final:
             raise outer.error(f"{name} cannot be redeclared, because it is final.")
+        if redeclaration and not tree.is_replaceable and not redeclaration.extends_itself:
+            if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
+                return
+            raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
         if tree.is_final and (outer.binding or outer.elements):
             raise outer.error(f"the modifier changes {name}, which is final.")
         if (
@@ -343,27 +371,29 @@ class Instance:
         own = modifier_of(tree.modification, self)
         if tree.is_final and own is not None:
             own = dataclasses.replace(own, is_final=True)
-        if tree.constraint is not None and (outer is None or outer.redeclaration is None):
-            own = merged(own, _constraint_modifier(tree, self))
-        if outer is None:
-            return ComponentElement(tree, self, own, self)
+        found = ComponentElement(tree, self, merged(own, _constraint_modifier(tree, self)), self)
+        return found if outer is None else self._modified_component(found, tree, outer)
+
+    def _modified_component(self, found: "ComponentElement", tree: t.Component, outer: Modifier) -> "ComponentElement":
         self._check_changed(tree.name, tree, outer)
-        redeclaration = outer.redeclaration
+        redeclaration, inside = outer.redeclaration, outer.without_redeclaration()
         if redeclaration is None:
-            return ComponentElement(tree, self, merged(outer, own), self)
+            found.modifier = merged(inside, found.modifier)
+            return found
         new = redeclaration.element
         if isinstance(new, t.Class):
             raise outer.error(f"{tree.name} is a component, and cannot be redeclared as a class.")
+        below = redeclaration.below
+        if below is not None:
+            found = self._modified_component(found, tree, below)
         for prefix in ("connection", "causality", "variability"):
-            before, after = getattr(tree, prefix), getattr(new, prefix)
+            before, after = found.prefix(prefix), getattr(new, prefix)
             is_less = prefix == "variability" and _VARIABILITIES[after] <= _VARIABILITIES[before]
             if before and after and after != before and not is_less:
                 raise outer.error(f"{tree.name} is declared {before}, and cannot become {after}.")
-        constraint = _constraint_modifier(tree, self)
-        if constraint is None and tree.constraint is None:
-            constraint = own
-        outer = dataclasses.replace(outer, redeclaration=None)
-        return ComponentElement(new, redeclaration.scope, merged(outer, constraint), self, replaced=tree)
+        kept = merged(_constraint_modifier(new, redeclaration.scope), self._kept(tree, below))
+        modifier = merged(inside, merged(redeclaration.own, kept))
+        return ComponentElement(new, redeclaration.scope, modifier, self, replaced=found)
 
     # Inheritance
 
@@ -380,7 +410,8 @@ class Instance:
         elif isinstance(body, t.Short):
             scope = self.encloser or self.top
             modifier = modifier_of(body.modification, scope if isinstance(scope, Instance) else self)
-            self._inherit(scope.find_class(body.type, self.source), modifier, self.tree.at, found)
+            base = scope.find_class(body.type, self.source)
+            self._inherit(base, merged(modifier, self.element.kept), self.tree.at, found)
         elif isinstance(body, t.Derivative):
             raise self.error(self.tree.at, "a function that is a partial derivative is not supported.")
         if self.modifier is not None and self.derived is None:
@@ -432,12 +463,10 @@ class Instance:
         found: dict[str, Modifier] = {}
         for element in body.elements:
             if isinstance(element, t.Class | t.Component) and (element.is_redeclare or _extends_itself(element)):
-                own = modifier_of(element.modification, self) if isinstance(element, t.Component) else None
-                own = own or Modifier(self, element.at)
                 if element.name in found or element.name in self.own:
                     raise self.error(element.at, f"{self.name} declares {element.name} twice.")
-                found[element.name] = dataclasses.replace(
-                    own, redeclaration=Redeclaration(element, self), is_final=element.is_final
+                found[element.name] = Modifier(
+                    self, element.at, redeclaration=redeclaration_of(element, self), is_final=element.is_final
                 )
         return found
 
@@ -672,7 +701,7 @@ def inside(
 
 class ComponentElement:
     """A component as an element of a class instance. `scope` is the class instance of its declaration's text, `holder`
-    the one whose element it is, `replaced` the declaration that a redeclaration has replaced.
+    the one whose element it is, `replaced` the component that a redeclaration has replaced.
     """
 
     def __init__(
@@ -681,7 +710,7 @@ class ComponentElement:
         scope: Instance,
         modifier: Modifier | None,
         holder: Instance,
-        replaced: t.Component | None = None,
+        replaced: "ComponentElement | None" = None,
     ) -> None:
         self.tree = tree
         self.scope = scope
@@ -713,10 +742,16 @@ class ComponentElement:
         if self._type is None:
             self._type = self.scope.find_class(self.tree.type)
             if self.replaced is not None:
-                constraint = self.replaced.constraint
-                wanted = self.holder.find_class(constraint.type if constraint else self.replaced.type)
-                check_subtype(self._type.instance, wanted.instance, self.error)
+                check_subtype(self._type.instance, self.replaced.constraint.instance, self.error)
         return self._type
+
+    @property
+    def constraint(self) -> ClassElement:
+        """The constraining type of redeclarations (section 7.3.2)."""
+        stated = self.tree.constraint
+        if stated is None and self.replaced is not None:
+            return self.replaced.constraint
+        return self.scope.find_class((stated or self.tree).type)
 
     @property
     def prototype(self) -> Instance:
@@ -752,16 +787,16 @@ class ComponentElement:
 
     @property
     def condition(self) -> t.Expression | None:
-        return self.replaced.condition if self.replaced and not self.tree.condition else self.tree.condition
+        return self.replaced.condition if self.replaced else self.tree.condition
 
     @property
     def condition_scope(self) -> Instance:
-        return self.holder if self.replaced and not self.tree.condition else self.scope
+        return self.replaced.condition_scope if self.replaced else self.scope
 
     def prefix(self, name: str) -> str:
         """The prefix `variability`, `causality` or `connection`, possibly that of a replaced declaration."""
         own = getattr(self.tree, name)
-        return own or (getattr(self.replaced, name) if self.replaced else "")
+        return own or (self.replaced.prefix(name) if self.replaced else "")
 
     @property
     def variability(self) -> str:
@@ -908,22 +943,8 @@ def _extends_itself(element: t.Component | t.Class) -> bool:
     return isinstance(element, t.Class) and isinstance(element.body, t.Long) and element.body.is_class_extends
 
 
-def _constraint_modifier(tree: t.Class | t.Component, scope: "Instance | Top") -> Modifier | None:
-    """The modifier of the constraint of a replaceable element, which redeclarations have, too (section 7.3.2)."""
-    if not isinstance(scope, Instance):
-        return None
-    if tree.constraint is not None:
-        return modifier_of(tree.constraint.modification, scope)
-    if isinstance(tree, t.Class) and isinstance(tree.body, t.Short):
-        return modifier_of(tree.body.modification, scope)
-    return None
-
-
-def _below_own(tree: t.Class, scope: "Instance", constraint: Modifier | None) -> Modifier | None:
-    """The modifier of a constraint, over which that of the short definition itself has priority."""
-    body = tree.body
-    own = modifier_of(body.modification, scope) if constraint and isinstance(body, t.Short) else None
-    return merged(own, constraint)
+def _constraint_modifier(tree: t.Class | t.Component, scope: Instance) -> Modifier | None:
+    return modifier_of(tree.constraint.modification, scope) if tree.constraint is not None else None
 
 
 def _at(element: ClassElement | ComponentElement) -> int:
@@ -946,7 +967,9 @@ def _values(modifier: Modifier | None) -> tuple[object, ...]:
     """The values in a modifier, by the names of their elements."""
     if modifier is None:
         return ()
-    own = () if modifier.binding is None else (modifier.binding.expression,)
+    own: tuple[object, ...] = () if modifier.binding is None else (modifier.binding.expression,)
+    if modifier.redeclaration is not None:
+        own = (*own, modifier.redeclaration.element)
     inner = [(name, _values(modifier.elements[name])) for name in sorted(modifier.elements)]
     return (*own, *((name, value) for name, value in inner if value))
 

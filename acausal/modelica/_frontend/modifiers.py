@@ -46,14 +46,14 @@ class Binding:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Redeclaration:
-    """A declaration that replaces another one, and the class instance in which its names are looked up. `below` is
-    the redeclaration that a class which extends itself replaces and extends.
+    """A declaration that replaces another one, and the class instance in which its names are looked up. `own` is the
+    modifier that a component declaration states, `below` the modifier of the element that it replaces.
     """
 
     element: t.Component | t.Class
     scope: "Instance"
-    below: "Redeclaration | None" = None
-    modifier: "Modifier | None" = None  # of the declaration that this one extends
+    own: "Modifier | None" = None
+    below: "Modifier | None" = None
 
     @property
     def extends_itself(self) -> bool:
@@ -63,7 +63,9 @@ class Redeclaration:
 
 @dataclasses.dataclass(frozen=True, slots=True, eq=False)
 class Modifier:
-    """A modifier of an element. `at` is its place in the text of `scope`."""
+    """A modifier of an element. `at` is its place in the text of `scope`. A redeclaration replaces the element before
+    the rest modifies it.
+    """
 
     scope: "Instance"
     at: int
@@ -83,21 +85,47 @@ class Modifier:
 
     def indexed(self, array: "ComponentElement", index: Index) -> "Modifier":
         """The modifier for one element of an array of components: of the modifiers inside, those without `each`."""
-        changed = {
-            name: inner if inner.is_each else inner._of_element(array, index) for name, inner in self.elements.items()
+        binding, redeclaration = self.binding, self.redeclaration
+        if binding is not None and not binding.is_each:
+            binding = binding.indexed(array, index)
+        if redeclaration is not None:
+            own, below = (
+                one if one is None or one.is_each else one.indexed(array, index)
+                for one in (redeclaration.own, redeclaration.below)
+            )
+            redeclaration = dataclasses.replace(redeclaration, own=own, below=below)
+        elements = {
+            name: inner if inner.is_each else inner.indexed(array, index) for name, inner in self.elements.items()
         }
-        binding = self.binding.indexed(array, index) if self.binding and not self.binding.is_each else self.binding
-        return dataclasses.replace(self, elements=changed, binding=binding)
-
-    def _of_element(self, array: "ComponentElement", index: Index) -> "Modifier":
-        if self.is_each:
-            return self
-        binding = self.binding.indexed(array, index) if self.binding and not self.binding.is_each else self.binding
-        elements = {name: inner._of_element(array, index) for name, inner in self.elements.items()}
-        return dataclasses.replace(self, binding=binding, elements=elements)
+        return dataclasses.replace(self, binding=binding, elements=elements, redeclaration=redeclaration)
 
     def without_binding(self) -> "Modifier":
         return dataclasses.replace(self, binding=None) if self.binding else self
+
+    def with_each_inside(self) -> "Modifier":
+        """The same modifier, with `each` at all that is inside instead of its own."""
+        if not self.is_each:
+            return self
+        binding, redeclaration = self.binding, self.redeclaration
+        if redeclaration is not None:
+            own, below = (
+                None if one is None else dataclasses.replace(one, is_each=True)
+                for one in (redeclaration.own, redeclaration.below)
+            )
+            redeclaration = dataclasses.replace(redeclaration, own=own, below=below)
+        return dataclasses.replace(
+            self,
+            binding=None if binding is None else dataclasses.replace(binding, is_each=True),
+            elements={name: dataclasses.replace(one, is_each=True) for name, one in self.elements.items()},
+            redeclaration=redeclaration,
+            is_each=False,
+        )
+
+    def without_redeclaration(self) -> "Modifier | None":
+        """The rest of the modifier, if there is any."""
+        if self.redeclaration is None:
+            return self
+        return dataclasses.replace(self, redeclaration=None) if self.binding or self.elements else None
 
     def only(self, names: Iterable[str]) -> "Modifier":
         """The modifiers of some elements."""
@@ -112,6 +140,11 @@ def merged(outer: Modifier | None, inner: Modifier | None) -> Modifier | None:
         return outer or inner
     if inner.is_final and (outer.binding or outer.redeclaration or outer.elements):
         raise outer.error("the modifier changes an element that is final.")
+    if outer.is_each != inner.is_each:
+        outer, inner = outer.with_each_inside(), inner.with_each_inside()
+    if outer.redeclaration is not None:
+        below = merged(outer.redeclaration.below, inner)
+        return dataclasses.replace(outer, redeclaration=dataclasses.replace(outer.redeclaration, below=below))
     elements = dict(inner.elements)
     if outer.binding is not None:
         elements = {name: dataclasses.replace(one, is_below=True) for name, one in elements.items()}
@@ -119,32 +152,14 @@ def merged(outer: Modifier | None, inner: Modifier | None) -> Modifier | None:
         found = merged(modifier, elements.get(name))
         assert found is not None
         elements[name] = found
-    redeclaration = outer.redeclaration or inner.redeclaration
-    if outer.redeclaration and inner.redeclaration and outer.redeclaration.extends_itself:
-        redeclaration = _on_top(outer.redeclaration, inner.redeclaration)
-    replaces = outer.redeclaration is not None and _is_replaced(inner, outer.redeclaration)
-    if replaces:
-        elements = dict(outer.elements)
     return dataclasses.replace(
         outer,
-        binding=outer.binding or (None if replaces else inner.binding),
+        binding=outer.binding or inner.binding,
         elements=elements,
-        redeclaration=redeclaration,
+        redeclaration=inner.redeclaration,
         breaks=outer.breaks | inner.breaks,
         is_final=outer.is_final or inner.is_final,
     )
-
-
-def _is_replaced(inner: Modifier, by: Redeclaration) -> bool:
-    """Whether a redeclaration replaces a modifier further inside. A component keeps the modifiers of the one that it
-    replaces; a redeclaration replaces another one with its modifiers.
-    """
-    return not by.extends_itself and (inner.redeclaration is not None or isinstance(by.element, t.Class))
-
-
-def _on_top(outer: Redeclaration, inner: Redeclaration) -> Redeclaration:
-    below = inner if outer.below is None else _on_top(outer.below, inner)
-    return dataclasses.replace(outer, below=below)
 
 
 def modifier_of(modification: t.Modification | None, scope: "Instance", names: Any = None) -> Modifier | None:
@@ -181,19 +196,11 @@ def _elements(
 
 def _element(argument: t.Argument, scope: "Instance", names: Any) -> tuple[str, Modifier]:
     if isinstance(argument, t.ElementReplacement):
-        element = argument.element
-        modification = element.modification if isinstance(element, t.Component) else None
-        inner = modifier_of(modification, scope, names) or Modifier(scope, argument.at)
-        found = dataclasses.replace(
-            inner,
-            at=argument.at,
-            redeclaration=Redeclaration(element, scope) if argument.is_redeclare else None,
-            is_final=argument.is_final,
-            is_each=argument.is_each,
+        redeclaration = redeclaration_of(argument.element, scope, names)
+        is_final, is_each = argument.is_final, argument.is_each
+        return argument.element.name, Modifier(
+            scope, argument.at, redeclaration=redeclaration, is_final=is_final, is_each=is_each
         )
-        if found.binding and argument.is_each:
-            found = dataclasses.replace(found, binding=dataclasses.replace(found.binding, is_each=True))
-        return element.name, found
     assert isinstance(argument, t.ElementModification)
     inner = modifier_of(argument.modification, scope, names)
     assert inner is not None
@@ -207,10 +214,17 @@ def _element(argument: t.Argument, scope: "Instance", names: Any) -> tuple[str, 
     return argument.name[0], inner
 
 
+def redeclaration_of(element: t.Component | t.Class, scope: "Instance", names: Any = None) -> Redeclaration:
+    own = modifier_of(element.modification, scope, names) if isinstance(element, t.Component) else None
+    return Redeclaration(element, scope, own)
+
+
 def _both(first: Modifier, second: Modifier) -> Modifier | None:
     """Two modifiers of an element that give values to different parts of it, as in `a.b = 1, a.c = 2`."""
     if first.redeclaration or second.redeclaration or (first.binding and second.binding):
         return None
+    if first.is_each != second.is_each:
+        first, second = first.with_each_inside(), second.with_each_inside()
     elements = dict(first.elements)
     for name, modifier in second.elements.items():
         both = _both(elements[name], modifier) if name in elements else modifier

@@ -395,7 +395,7 @@ class _ClassParser(ClauseParser):
             element: t.Class | t.Component = self._class(**flags, is_short=True)
         else:
             (element,) = self._components(flags, is_single=True)
-        return t.ElementReplacement(is_each, is_final, is_redeclare, element, at)
+        return t.ElementReplacement(is_each, is_final, element, at)
 
     def _comment_annotation(self) -> t.Modification | None:
         self.description()

@@ -122,9 +122,10 @@ class Context:
         return self._sizes(component, names)
 
     def _sizes(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
-        stated = [(component.scope, size) for size in component.tree.dims]
-        if component.replaced is not None and not stated:
-            stated = [(component.holder, size) for size in component.replaced.dims]
+        declared = component
+        while declared.replaced is not None and not declared.tree.dims:
+            declared = declared.replaced
+        stated = [(declared.scope, size) for size in declared.tree.dims]
         for scope, sizes in component.prototype.type_dims():
             stated += [(scope, size) for size in sizes]
         found: list[int | None] = []

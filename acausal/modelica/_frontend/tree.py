@@ -307,11 +307,10 @@ class ElementModification:
 
 @dataclass(slots=True, eq=False)
 class ElementReplacement:
-    """`redeclare` of, or `replaceable` in a modification of, an element."""
+    """`redeclare` or `replaceable`, which means the same, of an element in a modification."""
 
     is_each: bool
     is_final: bool
-    is_redeclare: bool
     element: "Component | Class"
     at: int
 

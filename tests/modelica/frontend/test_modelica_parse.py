@@ -159,7 +159,7 @@ def test_modifications() -> None:
     assert isinstance(first, t.ElementModification)
     assert (first.name, first.is_each, first.is_final) == (("a", "b"), True, True)
     assert isinstance(second, t.ElementReplacement)
-    assert second.is_redeclare
+    assert second.element.name == "X"
     assert isinstance(third, t.BreakModification)
     assert third.name == "c"
     assert isinstance(fourth, t.BreakModification)
