@@ -196,11 +196,9 @@ class Connections:
         found = references.find(here, x)
         if not isinstance(found, references.Chain):
             raise here.error(x.at, f"{x} is no connector.")
-        first = found.components[0]
-        if first.is_outer:
-            first = self.context.inner(first, here.scope, x.at)
         self._check(here, x, found)
-        is_outside = _is_connector(first) and first.holder.whole is here.scope.whole
+        # The inner connector of an outer one is outside of the class that declares it, like the outer one itself.
+        is_outside = _is_connector(found.components[0])
         members: list[tuple[ComponentElement, Index]] = []
         dims: list[int] = []
         holders = [here.scope.whole]

@@ -190,3 +190,49 @@ def test_types_may_be_overconstrained() -> None:
     assert [one for one in equations(text) if "theta" in one] == [
         "a.p.theta = {1, 2}", "a.p.theta = b.p.theta", "a.p.theta = c.p.theta",
     ]  # fmt: skip
+
+
+OUTER = """
+    connector C Real e; flow Real f; end C;
+    model World C c; equation c.e = 10; end World;
+    model Part C c; equation c.f = c.e; end Part;
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        # The connector of an outer component is inside, for a part and for a connector of the class itself
+        (
+            "model A outer World w; Part p; equation connect(p.c, w.c); end A; model B A a; end B;"
+            "model M inner World w; A a; B b; end M;",
+            ["((a.p.c.f + w.c.f) + b.a.p.c.f) = 0"],
+        ),
+        (
+            "model A outer World w; C c; Part p; equation connect(c, w.c); connect(p.c, c); end A;"
+            "model M inner World w; A a; Part p; equation connect(p.c, a.c); end M;",
+            ["(p.c.f + a.c.f) = 0", "((-a.c.f + w.c.f) + a.p.c.f) = 0"],
+        ),
+        # An outer connector belongs to the class that declares the inner one, which is inside for others
+        (
+            "model A outer C w; Part p; equation connect(p.c, w); end A;"
+            "model T inner C w; A a[2]; World g; end T; model M T t; Part p; equation connect(t.w, p.c); end M;",
+            ["(t.w.f + p.c.f) = 0", "((t.a[1].p.c.f + -t.w.f) + t.a[2].p.c.f) = 0", "t.g.c.f = 0"],
+        ),
+        (
+            "model A outer C w; Part p; equation connect(p.c, w); end A;"
+            "model M inner C w; A a; World g; equation connect(g.c, w); end M;",
+            ["((g.c.f + -w.f) + a.p.c.f) = 0", "w.f = 0"],
+        ),
+        # An inner outer connector is the outer one in its class, and the inner one for the parts
+        (
+            "model A outer C w; Part p; equation connect(p.c, w); end A;"
+            "model T inner outer C w; A a; Part q; equation connect(q.c, w); end T;"
+            "model M inner C w; T t; World g; equation connect(g.c, w); end M;",
+            ["((g.c.f + -w.f) + t.q.c.f) = 0", "(t.a.p.c.f + -t.w.f) = 0", "w.f = 0", "t.w.f = 0"],
+        ),
+    ],
+)
+def test_connections_of_outer_connectors(text: str, expected: list[str]) -> None:
+    found = [one for one in equations(OUTER + text) if ".f" in one and ".e" not in one]
+    assert sorted(found) == sorted(expected)
