@@ -4,11 +4,24 @@ from collections.abc import Iterator, Sequence
 
 from .._syntax import expressions as e
 from .._syntax.visits import parts_of
+from .._translate.scope import NotKnown
 from . import references
 from . import tree as t
 from .expressions import Expressions
 from .source import TextError
-from .typed import CONSTANT, DISCRETE, NONE, PARAMETER, STRING, Typed, accepts, element, same_dims, written_dims
+from .typed import (
+    CONSTANT,
+    DISCRETE,
+    NONE,
+    PARAMETER,
+    STRING,
+    Typed,
+    accepts,
+    element,
+    indices,
+    same_dims,
+    written_dims,
+)
 
 
 class NeedsUnrolling(Exception):
@@ -30,12 +43,10 @@ class Statements:
         is_initial: bool = False,
         in_clause: bool = False,
         in_loop: bool = False,
-        is_equation: bool = False,
     ) -> None:
         self.here = here
         self.in_clause = in_clause  # of `if`, `for` or `while`
         self.in_loop = in_loop
-        self.is_equation = is_equation  # of a when-clause
         self.is_initial = is_initial
         self.is_function = here.scope.whole.is_function
         self.in_when = in_when
@@ -175,22 +186,31 @@ class Statements:
                 )
             return e.Terminate(message.x)
         if name == "reinit":
-            return self._reinit(call)
+            raise self.here.error(call.at, "`reinit` is allowed in equations of when-clauses only.")
         found = self.here.typed(call)
         return e.Assign((), found.x) if found.type == NONE else e.Assign((None,) * max(len(found.results), 1), found.x)
 
-    def _reinit(self, call: t.Call) -> e.Statement:
-        if not self.is_equation:
-            raise self.here.error(call.at, "`reinit` is allowed in equations of when-clauses only.")
-        state = self.here.single(_argument(self.here, call, ("x", "expr"), 0))
-        value = self.here.single(_argument(self.here, call, ("x", "expr"), 1))
-        if not isinstance(state.x, e.Ref) or state.type.name != "Real" or state.variability < 3:
+    def reinit(self, call: t.Call) -> tuple[e.Reinit, ...]:
+        """The new value of a state, or of elements of it."""
+        state, value = (self.here.single(_argument(self.here, call, ("x", "expr"), i)) for i in range(2))
+        if state.type.name != "Real" or state.variability < 3:
             raise self.here.error(call.at, "`reinit` needs a continuous Real variable.")
         if not value.type.is_numeric or not same_dims(state.dims, value.dims):
             raise self.here.error(call.at, "the value of `reinit` has another type or size than the variable.")
-        if state.x.subs:
-            raise self.here.error(call.at, "`reinit` of an element of an array is not supported.")
-        return e.Reinit(state.x.name, value.x)
+        if isinstance(state.x, e.Ref) and not state.x.subs:
+            return (e.Reinit(state.x.name, value.x),)
+        found: list[e.Reinit] = []
+        for index in indices([n or 0 for n in state.dims]):
+            place = [e.Const(i) for i in index]
+            x = element(state.x, place)
+            if not isinstance(x, e.Ref):
+                raise self.here.error(call.at, "`reinit` needs a variable, not an expression.")
+            try:
+                subs = tuple(int(self.here.context.value(sub)) for sub in x.subs)
+            except NotKnown:
+                raise self.here.error(call.at, "a subscript of the variable of `reinit` must be known.") from None
+            found.append(e.Reinit(x.name, element(value.x, place), subs))
+        return tuple(found)
 
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         blocks: list[tuple[e.Expression, e.Body]] = []

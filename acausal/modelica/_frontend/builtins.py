@@ -61,17 +61,9 @@ _REAL = "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split()
 
 def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     """A call of a function of the language."""
-    given = list(x.args)
-    for key, value in x.named:
-        names = _NAMES.get(name, ("x",))
-        if name in ("String", "Clock"):
-            given.append(value)
-            continue
-        if key not in names or names.index(key) < len(x.args):
-            raise here.error(value.at, f"`{name}` has no argument {key}, or has it twice.")
-        if names.index(key) != len(given):
-            raise here.error(value.at, f"the arguments of `{name}` must be in the order {', '.join(names)}.")
-        given.append(value)
+    if x.named and name not in ("String", "Clock"):
+        x = t.Call(x.function, _positional(here, name, x), (), x.at)
+    given = [*x.args, *(value for _, value in x.named)]
     if name == "size" and len(given) in (1, 2):
         return _size(here, x, given)
     args = [here.single(arg) for arg in given]
@@ -83,6 +75,21 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
             x.at, f"`{name}` has {len(args)} arguments, but needs {low if low == high else f'{low} to {high}'}."
         )
     return handler(here, name, x, args)
+
+
+def _positional(here: "Expressions", name: str, x: t.Call) -> tuple[t.Expression, ...]:
+    """The arguments in their order."""
+    names = _NAMES.get(name, ("x",))
+    given = dict(enumerate(x.args))
+    for key, value in x.named:
+        i = names.index(key) if key in names else -1
+        if i < 0 or i in given:
+            raise here.error(value.at, f"`{name}` has no argument {key}, or has it twice.")
+        given[i] = value
+    for i in range(len(given)):
+        if i not in given:
+            raise here.error(x.at, f"`{name}` needs a value of its argument {names[i]}.")
+    return tuple(given[i] for i in range(len(given)))
 
 
 def _title(name: str) -> str:

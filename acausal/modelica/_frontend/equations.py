@@ -302,7 +302,9 @@ class _WhenBody:
             case t.Equality():
                 return self._equality(x)
             case t.CallEquation():
-                return (Statements(self.here, in_when=True, is_equation=True).call(x.call),)
+                statements = Statements(self.here, in_when=True)
+                is_reinit = x.call.function.names == ("reinit",)
+                return statements.reinit(x.call) if is_reinit else (statements.call(x.call),)
             case t.IfClause():
                 return self._if(x)
             case t.ForClause():

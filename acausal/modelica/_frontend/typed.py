@@ -150,14 +150,10 @@ def element(x: e.Expression, index: Sequence[e.Expression]) -> e.Expression:
     match x:
         case e.ArrayOf(elements, "array") if isinstance(first, e.Const) and 1 <= int(first.value) <= len(elements):
             return element(elements[int(first.value) - 1], index[1:])
-        case e.Ref(name, ()):
-            return e.Ref(name, tuple(index))
-        case e.Ref(name, subs) if all(isinstance(sub, e.Colon | e.RangeOf | e.ArrayOf) for sub in subs[:1]):
+        case e.Ref(name, subs):
             changed = _indexed(subs, index)
             if changed is not None:
                 return e.Ref(name, changed)
-        case e.Ref(name, subs) if all(_is_scalar(sub) for sub in subs):
-            return e.Ref(name, (*subs, *index))
         case e.Unary(("Minus" | "Plus") as op, arg):
             return e.Unary(op, element(arg, index))
         case e.If(branches, otherwise):
@@ -170,16 +166,12 @@ def element(x: e.Expression, index: Sequence[e.Expression]) -> e.Expression:
     return e.Subscript(x, tuple(index))
 
 
-def _is_scalar(sub: e.Expression) -> bool:
-    return isinstance(sub, e.Const)
-
-
 def _indexed(subs: Sequence[e.Expression], index: Sequence[e.Expression]) -> tuple[e.Expression, ...] | None:
     """Subscripts with slices replaced by their elements at an index."""
     found: list[e.Expression] = []
     left = list(index)
     for sub in subs:
-        if _is_scalar(sub) or not left:
+        if isinstance(sub, e.Const) or not left:
             found.append(sub)
         elif isinstance(sub, e.Colon):
             found.append(left.pop(0))

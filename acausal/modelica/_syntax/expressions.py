@@ -186,6 +186,7 @@ class Assert:
 class Reinit:
     state: str
     value: Expression
+    index: tuple[int, ...] = ()  # of one element of an array
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

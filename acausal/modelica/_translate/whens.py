@@ -79,6 +79,7 @@ class Lowering:
     def __init__(self, flat: FlatModelica) -> None:
         self.flat = flat
         self.numbers = itertools.count(1)
+        self._elements: dict[str, list[tuple[str, e.Reinit]]] = {}  # by state: elements that become new, while `active`
         self.out = Lowered({}, [], [], [], [], [], {}, [], set())
 
     def lower(self) -> Lowered:
@@ -86,6 +87,7 @@ class Lowering:
         out.discrete |= {v.name for v in flat.variables.values() if v.variability == "discrete" or v.type != "Real"}
         sections = [(algorithm, self._algorithm(algorithm)) for algorithm in flat.algorithms]
         bodies = [self._when_equations(when) for when in flat.whens]
+        self._reset_elements()
         self._initial_values()
         initial = dict(out.initial)
         for assigned in bodies:
@@ -198,6 +200,8 @@ class Lowering:
                     self._effects(call, active)
                 case e.Assign():
                     found[s.targets] = s.value
+                case e.Reinit() if s.index:
+                    self._elements.setdefault(s.state, []).append((active, s))
                 case e.Reinit():
                     self.out.resets.append(Reset(active, s.state, s.value))
                 case e.Assert():
@@ -212,6 +216,20 @@ class Lowering:
                 case _:
                     raise ModelError(f"a {type(s).__name__.lower()} in a when-clause is not supported.")
         return found
+
+    def _reset_elements(self) -> None:
+        """Resets of arrays of which elements become new: at one instant, those of all clauses together."""
+        for state, resets in self._elements.items():
+            dims = self.flat.variables[state].dims
+            items: list[e.Expression] = []
+            for index in itertools.product(*(range(1, size + 1) for size in dims)):
+                branches = [(e.Ref(active), reset.value) for active, reset in resets if reset.index == index]
+                old = e.Ref(state, tuple(map(e.Const, index)))
+                items.append(e.If(tuple(branches), old) if branches else old)
+            for size in reversed(dims[1:]):
+                items = [e.ArrayOf(tuple(items[i : i + size]), "array") for i in range(0, len(items), size)]
+            for active in dict.fromkeys(active for active, _ in resets):
+                self.out.resets.append(Reset(active, state, e.ArrayOf(tuple(items), "array")))
 
     def _effects(self, call: e.FunctionCall, active: str) -> None:
         """A call whose results nobody takes: the assertions of its function must hold. External ones only print."""

@@ -57,8 +57,8 @@ def text(x: Any) -> str:
             return f"for {', '.join(f'{name} in {text(over)}' for name, over in indices)} loop {text(body)} end for"
         case e.WhenClause(blocks):
             return " else".join(f"when {text(c)} then {text(body)}" for c, body in blocks) + " end when"
-        case e.Reinit(state, value):
-            return f"reinit({state}, {text(value)})"
+        case e.Reinit(state, value, index):
+            return f"reinit({state}{list(index) if index else ''}, {text(value)})"
         case e.Assert(condition, message):
             return f"assert({text(condition)}, {text(message)})"
     return type(x).__name__

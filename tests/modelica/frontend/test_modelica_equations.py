@@ -321,3 +321,51 @@ def test_promote_adds_dimensions_and_terminate_outside_of_when_ends_at_the_start
     found = variables(source)
     assert (found["a[2, 1]"], found["b[1]"]) == ("{{y[1]}, {y[2]}}", "{x}")
     assert text(flat(source).whens[0]) == "when Initial() then Terminate end when"
+
+
+@pytest.mark.parametrize(
+    ("call", "expected"),
+    [
+        ("homotopy(actual = x, simplified = 2)", "Homotopy(x, 2)"),
+        ("homotopy(simplified = 2, actual = x)", "Homotopy(x, 2)"),
+        ("homotopy(x, simplified = 2)", "Homotopy(x, 2)"),
+        ("smooth(expr = x, p = 1)", "Smooth(1, x)"),
+        ("delay(delayTime = 1, expr = x)", "Delay(x, 1)"),
+        ("mod(y = 2, x = x)", "Mod(x, 2)"),
+        ("homotopy(x, actual = 2)", "no argument actual, or has it twice"),
+        ("delay(x, delayMax = 2)", "needs a value of its argument delayTime"),
+    ],
+)
+def test_arguments_of_operators_by_name(call: str, expected: str) -> None:
+    source = f"model M Real x = time; Real y = {call}; end M;"
+    if expected[0].isupper():
+        assert variables(source)["y"] == expected
+    else:
+        with pytest.raises(ModelicaError, match=expected):
+            variables(source)
+
+
+@pytest.mark.parametrize(
+    ("reset", "expected"),
+    [
+        ("reinit(x, {1, 2, 3})", "reinit(x, {1, 2, 3})"),
+        ("reinit(x[k], 1)", "reinit(x[2], 1)"),
+        ("reinit(x[2:3], {4, 5})", "reinit(x[2], 4); reinit(x[3], 5)"),
+        ("reinit(y[2, :], {4, 5})", "reinit(y[2, 1], 4); reinit(y[2, 2], 5)"),
+        ("reinit(a.z, {4, 5})", "reinit(a[1].z, 4); reinit(a[2].z, 5)"),
+        ("reinit(expr = 1, x = a[2].z)", "reinit(a[2].z, 1)"),
+        ("reinit(x[i], 1)", "a subscript of the variable of `reinit` must be known"),
+        ("reinit(-x[1], 1)", "needs a variable, not an expression"),
+    ],
+)
+def test_new_values_of_elements_of_arrays(reset: str, expected: str) -> None:
+    source = f"""
+        model A Real z; end A;
+        model M parameter Integer k = 2; Integer i = integer(time); Real x[3], y[2, 2]; A a[2];
+        equation when time > 1 then {reset}; end when; end M;"""
+    if "must be" in expected or "needs" in expected:
+        with pytest.raises(ModelicaError, match=expected):
+            flat(source)
+    else:
+        (when,) = flat(source).whens
+        assert text(when.blocks[0][1]) == expected
