@@ -12,7 +12,7 @@ from jax import Array
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import PyTree
 
-from ._jax_private import Tracer, get_opaque_trace_state
+from ._jax_private import Tracer, get_opaque_trace_state, jaxpr_as_fun
 from ._numbers import Numbers
 
 _OUTSIDE = get_opaque_trace_state()
@@ -40,6 +40,16 @@ def evaluated_now(*values: object) -> AbstractContextManager[Any]:
     if are_traced(*values) or not within_transformation():
         return contextlib.nullcontext()
     return jax.ensure_compile_time_eval()
+
+
+def traced_once(function: Callable[..., PyTree], *examples: PyTree) -> tuple[Callable[..., PyTree], PyTree]:
+    """The function, traced for arguments like the examples and replayed by each call, and the shapes of its results.
+
+    Valid within the trace in which it is made, since the function may read other traced numbers.
+    """
+    closed, shapes = jax.make_jaxpr(function, return_shape=True)(*examples)
+    replay, structure = jaxpr_as_fun(closed), jax.tree.structure(shapes)
+    return lambda *arguments: structure.unflatten(replay(*jax.tree.leaves(arguments))), shapes
 
 
 def known(value: object) -> np.ndarray | None:

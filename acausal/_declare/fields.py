@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jax import Array
 
 from .._errors import ArgumentError, ParameterError, suggestion
@@ -90,7 +91,7 @@ def as_parameter(value: Any, *, unit: str, where: str) -> Array:
     """
     value = magnitude(value, unit, where)
     if isinstance(value, float | int):
-        return jnp.asarray(value, dtype=float)
+        return jnp.asarray(np.asarray(value, float))  # as NumPy's, it needs no program of XLA
     if value is None or any(isinstance(item, str) for item in jax.tree_util.tree_leaves(value)):
         raise _not_a_number(value, where)
     try:

@@ -15,6 +15,7 @@ from .._numbers import Numbers
 from .._reduce.aliases import Merged
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._reduce.incidence import Incidence, Pair
+from .._tracing import are_traced, is_traced
 from .groups import Guess, ModelParameters
 from .plan import Plan
 
@@ -62,7 +63,8 @@ class Starts:
         values = [leaf.declaration.guess if value is None else value for value, leaf in variable]
         if all(isinstance(value, float) for value in values):
             return np.repeat(np.array(values), self._elements)
-        xp = np if all(isinstance(value, float | np.ndarray) for value in values) else jnp
+        values = [value if is_traced(value) else np.asarray(value) for value in values]
+        xp = jnp if are_traced(values) else np
         shapes = [leaf.stack + leaf.sizes for _, leaf in variable]
         return xp.concatenate([xp.ravel(xp.broadcast_to(v, shape)) for v, shape in zip(values, shapes, strict=True)])
 

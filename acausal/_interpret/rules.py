@@ -494,6 +494,57 @@ def _lu(eqn: JaxprEqn) -> Function:
     return factors
 
 
+def _is_double_matrix(eqn: JaxprEqn) -> bool:
+    return len(_shape(eqn)) == 2 and 0 not in _shape(eqn) and _dtype(eqn) == np.float64
+
+
+@rule("svd")
+def _svd(eqn: JaxprEqn) -> Function:
+    p = eqn.params
+    if not _is_double_matrix(eqn) or p["subset_by_index"] is not None or p["algorithm"] is not None:
+        raise NotImplementedError
+    shapes = [aval(var).shape for var in eqn.outvars]
+
+    def svd(a: Value) -> list[Value]:
+        if not np.all(np.isfinite(a)):
+            return [np.full(shape, np.nan) for shape in shapes]
+        if not p["compute_uv"]:
+            return [np.linalg.svd(a, compute_uv=False)]
+        u, values, v = np.linalg.svd(a, full_matrices=p["full_matrices"])
+        return [values, u, v]
+
+    return svd
+
+
+@rule("geqrf")
+def _geqrf(eqn: JaxprEqn) -> Function:
+    """Householder reflectors of a QR factorisation."""
+    if not _is_double_matrix(eqn):
+        raise NotImplementedError
+
+    def factors(a: Value) -> list[Value]:
+        reflectors, scales, *_ = scipy.linalg.lapack.dgeqrf(a)
+        return [np.ascontiguousarray(reflectors), scales]
+
+    return factors
+
+
+@rule("ormqr")
+def _ormqr(eqn: JaxprEqn) -> Function:
+    """The product with the orthogonal matrix of these reflectors."""
+    p = eqn.params
+    if not _is_double_matrix(eqn) or len(_shape(eqn, 2)) != 2 or 0 in _shape(eqn, 2):
+        raise NotImplementedError
+    side, order = "L" if p["left"] else "R", "T" if p["transpose"] else "N"
+
+    def product(reflectors: Value, scales: Value, c: Value) -> Value:
+        room = max(1, 64 * max(c.shape))
+        found, _, _ = scipy.linalg.lapack.dormqr(side, order, reflectors[:, : len(scales)], scales, c, room)
+        return np.ascontiguousarray(found)
+
+    return product
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Indices
 # ---------------------------------------------------------------------------------------------------------------------

@@ -48,6 +48,27 @@ def test_a_second_process_compiles_nothing(tmp_path: Path) -> None:
 
 
 @pytest.mark.thorough
+def test_a_short_run_compiles_hardly_anything() -> None:
+    program = """
+from jax import monitoring
+
+compiled = []
+monitoring.register_event_duration_secs_listener(
+    lambda name, *_, **__: compiled.append(name) if name.endswith("backend_compile_duration") else None
+)
+
+from _models import rc
+from acausal import simulate
+
+sol = simulate(rc(), 1.0)
+sol.final.c.v, sol.c.v
+print(len(compiled))
+"""
+    # An operation of jax on known numbers costs a program of its own, which takes longer than the run.
+    assert int(_run({"ACAUSAL_CACHE": "off"}, program)[-1]) <= 5
+
+
+@pytest.mark.thorough
 def test_programs_without_optimisation_are_kept_apart_from_those_with_it(tmp_path: Path) -> None:
     program = """
 import jax

@@ -581,6 +581,35 @@ def test_factors() -> None:
         refuses("lu", lax.linalg.lu, np.ones(shape))
 
 
+def test_singular_values() -> None:
+    wide, double = numbers(3, 5), partial(lax.linalg.svd, full_matrices=False)
+    shapes = (wide, wide.T, wide[:1, :1], wide * NAN, wide * 0.0)
+    # Singular vectors are unique up to their signs, so the products with them are compared.
+    cases: list[Case] = [(lambda a: (lambda u, s, v: ((u * s) @ v, s))(*double(a)), (a,)) for a in shapes]
+    cases += [(partial(lax.linalg.svd, compute_uv=False), (a,)) for a in shapes]
+    cases += [(lambda a: abs(lax.linalg.svd(a, full_matrices=True)[2]), (wide.T,))]
+    agree("svd", cases)
+    for a in (np.ones((2, 3, 3)), np.ones((0, 2)), wide.astype(F32)):
+        refuses("svd", double, a)
+    refuses("svd", partial(double, subset_by_index=(0, 2)), wide)
+
+
+def test_orthogonal_factors() -> None:
+    raw = partial(jnp.linalg.qr, mode="raw")
+    matrices = numbers(5, 3), numbers(3, 5), numbers(3, 3), numbers(1, 1)
+    agree("geqrf", [(raw, (a,)) for a in matrices])
+    refuses("geqrf", lambda a: NAMED_PRIMITIVES["geqrf"].bind(a), np.ones((2, 3, 3)))
+    cases: list[Case] = []
+    for a in matrices[:1] + matrices[2:]:
+        reflectors, scales = map(np.asarray, raw(a))
+        for left, transpose in itertools.product([True, False], repeat=2):
+            product = partial(lax.linalg.ormqr, left=left, transpose=transpose)
+            c = numbers(len(a), 2) if left else numbers(2, len(a))
+            cases.append((product, (reflectors.T, scales, c)))
+    agree("ormqr", cases)
+    refuses("ormqr", lax.linalg.ormqr, np.ones((2, 3, 3)), np.ones((2, 3)), np.ones((2, 3, 1)))
+
+
 # ---------------------------------------------------------------------------------------------------------------------
 # Indices
 # ---------------------------------------------------------------------------------------------------------------------
@@ -729,7 +758,8 @@ def test_error_functions_of_half_precision_are_for_xla() -> None:
 
 def test_every_rule_is_compared() -> None:
     others = (
-        "integer_pow round convert_element_type clamp select_n reduce_precision sort dot_general triangular_solve lu"
+        "integer_pow round convert_element_type clamp select_n reduce_precision sort dot_general triangular_solve lu "
+        "svd geqrf ormqr"
     )
     indexed = "dynamic_slice dynamic_update_slice gather scatter argmax argmin"
     cumulative = "cumsum cumprod cummax cummin cumlogsumexp"

@@ -26,8 +26,9 @@ def with_impulses(
 
     A force that acts for an instant with the impulse p changes each state by the derivative of its rate with respect to
     this force, times p. The rates are those with all closed contacts open and all stuck friction free; see `impact`.
+    Impacts that a start search leaves to the run do not happen.
     """
-    if not np.any(events.impacts):
+    if not np.any(events.impacts & ~events.waits):
         return new
     struck = fired[events.impacts]
 
@@ -35,7 +36,7 @@ def with_impulses(
         free = with_discrete(events, y, here.values, jnp.asarray(events.yields))
         none = jnp.zeros(len(struck))
         rates = lambda forces: events.contact_rates(t, placed(free, events.forces, forces), args)  # noqa: E731
-        push = jax.linearize(rates, none)[1]
+        push = lambda force: jax.jvp(rates, (none,), (force,))[1]  # noqa: E731
         answers, accelerations = jax.vmap(push, out_axes=1)(jnp.eye(len(struck)))
         closed, speeds, after = here.contacts
         # A contact that no force opens, such as one between two given motions, has no impact.

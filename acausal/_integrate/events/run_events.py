@@ -175,7 +175,9 @@ class RunEvents(EventNumbers):
             indicators, rates = self.indicators_and_rates(forward * t, y, args)
             return indicators, forward * rates
 
-        return corrected_sample(values, path.plain, ft.partial(correction.error_at, path.inner), t)
+        return corrected_sample(
+            values, path.plain, ft.partial(correction.error_at, path.inner), t, self.layout.n_states
+        )
 
     def conditions(self, path: Span, t: Numbers, armed: Array, args: RunArgs) -> Conditions:
         """The conditions on the path of a step, up to a time. Relations that are not `armed` have changed and have

@@ -52,7 +52,8 @@ class Peaks:
         if path.correction is None:
             return sample(lambda t: self.values(args.forward * t, path.plain(t), args), t)
         error = ft.partial(path.correction.error_at, path.inner)
-        return corrected_sample(ft.partial(self._values_and_rates, args), path.plain, error, t)._replace(shift=())
+        read, n = ft.partial(self._values_and_rates, args), self.settings.layout.n_states
+        return corrected_sample(read, path.plain, error, t, n)._replace(shift=())
 
     def at_start(self, t: Array, y: Array, args: RunArgs) -> Array:
         """The peaks at the start of a run."""

@@ -16,6 +16,7 @@ from jaxtyping import PyTree
 from ..._equinox_private import while_loop, written
 from ..._evaluate.invariants import onto_invariants
 from ..._numbers import Truth
+from ..._reduce.angles import with_angles
 from ..._reduce.jaxpr_instants import first
 from ..events.event_history import EventHistory
 from ..events.iteration import FULL, Jumps
@@ -27,7 +28,7 @@ from ..setup.state_vector import Vector
 from ..solvers import AbstractRosenbrock
 from ..step.adjoint import LoopKind
 from ..step.controller import StepSizes, step_sizes
-from ..step.interval import PathSample, sample
+from ..step.interval import PathSample
 from ..step.span import Span
 from .carry import Carry, Rows, StepRecord
 from .histories import Histories
@@ -113,10 +114,10 @@ class Steps:
         if events is None or not events.is_searched:
             return None
         read = events.indicators_and_rates if self.settings.is_corrected else events.indicators
-        found = jax.eval_shape(lambda t: sample(lambda t: read(t, y, self.args), t), jnp.asarray(0.0))
-        if self.settings.is_corrected:
-            found = found._replace(g=found.g[0], rate=found.rate[0], shift=(found.g[1], found.rate[1]))
-        return jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), found)
+        here = jax.eval_shape(with_angles(lambda t: read(t, y, self.args)), jnp.asarray(0.0))
+        here = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), here)
+        g, shift = (here.value[0], (here.value[1],) * 2) if self.settings.is_corrected else (here.value, ())
+        return PathSample(jnp.asarray(0.0), g, g, here.angles, here.angles, here.steps, shift)
 
     # Saved data
 
@@ -189,10 +190,12 @@ class Steps:
         ts, ys, (moments, befores) = empty(n + 1, c.t)[0], empty(n + 1, y)[0], empty(n, c.t, y)
         infos = None
         if self.settings.save != "steps":
-            carried = y[self.layout.carried]
-            where = (self.solver, c.t, c.t, c.jumped, c.inner)
-            numbers = (self.layout.core(y), self.args.carrying(carried), where)
-            inner = eqx.filter_eval_shape(lambda: self.attempt(*numbers)[2][0])
+            carried, core = y[self.layout.carried], self.layout.core(y)
+            if isinstance(self.solver, AbstractRosenbrock):
+                inner = self.solver.no_step(core)
+            else:
+                where = (self.solver, c.t, c.t, c.jumped, c.inner)
+                inner = eqx.filter_eval_shape(lambda: self.attempt(core, self.args.carrying(carried), where)[2][0])
             (infos,) = empty(n, {"inner": inner, "start": c.t, "end": c.t, "carried": carried})
         return StepRecord(ts.at[0].set(c.t), ys.at[0].set(y), moments, befores, infos, jnp.asarray(0))
 

@@ -27,11 +27,11 @@ def warn_of_jumps_at_end(solution: "Solution", t1: ArrayLike) -> None:
     events, end = solution.system.events, known(solution._end[0])
     if events is None or not events.schedules or end is None or np.ndim(end) or is_traced(t1):
         return
-    inputs = jax.lax.stop_gradient(solution._inputs)
-    discrete = solution.system.carried.discrete_values(jax.lax.stop_gradient(solution._end[1]), inputs)
-    values = {leaf: discrete[leaf] if leaf in discrete else solution._params[leaf] for leaf in events.times.leaves}
-    if not are_traced(list(values.values())):
+    carried = solution.system.carried
+    params = {leaf: solution._params[leaf] for leaf in events.times.leaves if leaf not in carried.discrete_places}
+    if not are_traced(params):
         return
+    values = params | carried.discrete_values(*jax.lax.stop_gradient((solution._end[1], solution._inputs)))
     found = events.times([values[leaf] for leaf in events.times.leaves])
     scheduled = [entry for entry in events.entries if entry.is_scheduled]
     names = [

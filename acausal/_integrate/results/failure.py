@@ -69,7 +69,7 @@ def report_failure(solution: Solution, throw: bool) -> Solution:
         return jax.tree.map(lambda x: jnp.where(fine, x, jnp.nan) if eqx.is_inexact_array(x) else x, solution)
     are_fine = known(fine)
     if are_fine is None:
-        return _checked_at_run_time(solution, ~fine)
+        return _checked_at_run_time(solution, ~jnp.asarray(fine))
     if not np.all(are_fine):
         raise _error(jax.tree_util.tree_map(jax.lax.stop_gradient, solution))
     return solution

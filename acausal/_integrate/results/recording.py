@@ -35,6 +35,7 @@ class Recording:
 
     def solution(self, args: RunArgs, ending: Ending, times: Any) -> Solution:
         """The solution, with the values at the requested times, if any."""
+        args, ending = jax.tree.map(np.asarray, (args, ending))  # what NumPy computes needs no program of XLA
         settings, record, inputs = self.settings, self._record(), read_inputs(args)
         forward = np.where(args.numbers.t1 < args.numbers.t0, -1.0, 1.0)
         path = None
@@ -46,7 +47,8 @@ class Recording:
         if bad is not None:
             ending = with_saved(settings, ending, True)
         solution = solution_of(settings, args, ending, Kept(path, record, self._history()))
-        return solution if bad is None else dataclasses.replace(solution, _not_finite=bad)
+        solution = solution if bad is None else dataclasses.replace(solution, _not_finite=bad)
+        return jax.tree.map(lambda x: jax.device_put(x) if isinstance(x, np.ndarray | np.generic) else x, solution)
 
     def _not_finite(self, path: tuple[np.ndarray, np.ndarray], inputs: Inputs) -> tuple[Any, Any] | None:
         """The first saved time and point at which a variable is not finite, if there is one."""

@@ -67,6 +67,8 @@ def trajectories(system: System, batch: int, ts: Any, ys: Any, inputs: Inputs) -
     spread = _all_values(system).leaves
     if batch or np.ndim(ts) != 1 or not len(ts) or are_traced(ts, ys, inputs):
         found = result_of(_Trajectories(system, batch), (ts, ys, inputs))
+        if not are_traced(found):
+            return jax.device_put(spread(ts, np.asarray(found)))
         return jax.tree.map(jnp.asarray, spread(ts, found))
     vectors = [_block(system, np.asarray(t), np.asarray(y), inputs) for t, y in _blocks(ts, ys)]
     return jax.device_put(spread(ts, np.concatenate(vectors)))

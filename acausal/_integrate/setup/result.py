@@ -3,7 +3,11 @@
 from typing import Any
 
 import equinox as eqx
+import jax
+import numpy as np
 from jax import Array
+
+from ..._tracing import are_traced, is_traced
 
 
 class Result(eqx.Enumeration):
@@ -52,6 +56,8 @@ def sentence(result: Any) -> str:
     return Result[result]  # pyright: ignore[reportInvalidTypeArguments, reportReturnType]
 
 
-def is_success(result: Any) -> Array:
-    """Whether a run reached its end time or met its stop condition."""
-    return (result == Result.reached_end) | (result == Result.stopped)
+def is_success(result: Any) -> Array | np.ndarray:
+    """Whether a run reached its end time or met its stop condition. NumPy compares known results."""
+    result = jax.tree.map(lambda x: x if is_traced(x) else np.asarray(x), result)
+    met = result == Result.reached_end, result == Result.stopped
+    return met[0] | met[1] if are_traced(met) else np.logical_or(*met)

@@ -187,6 +187,10 @@ class AbstractRosenbrock(diffrax.AbstractAdaptiveSolver):
         y1, error, info, _ = self._stepped(terms, t0, t1, y0, args, self.tableau.rows)
         return y1, error, info, None, diffrax.RESULTS.successful
 
+    def no_step(self, y0: State) -> dict[str, Array]:
+        """The dense output of a step without change."""
+        return {"y0": y0, "y1": y0, "coeffs": jnp.zeros((len(self.tableau.dense), len(y0)))}
+
     def step_to_look_into(
         self, terms: Any, t0: Numbers, t1: Any, y0: State, args: PyTree
     ) -> tuple[State, State, dict[str, Array], Work]:

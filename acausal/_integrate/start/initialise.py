@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
@@ -17,7 +18,7 @@ from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._progress import compiling
-from ..._tracing import is_traced
+from ..._tracing import is_traced, known
 from ..setup.options import check_starts_after_past, flag, instant, names_of
 from .no_start import report_no_start
 from .problem import Conditions, Problem, problem_of
@@ -110,7 +111,7 @@ def needs_search(system: System, leaves: Sequence[Numbers | None]) -> bool:
     if system.events is None:
         return False
     given = system.intake.given(leaves)
-    pairs = given_pairs(system, Inputs(ModelParameters(), jnp.zeros(0), given))
+    pairs = given_pairs(system, Inputs(ModelParameters(), np.zeros(0), given))
     return bool(given_unknowns(system, given)) or (has_modes(system) and not is_plain(system, pairs))
 
 
@@ -128,13 +129,18 @@ def initialised_leaves(
     check_starts_after_past(system, past, t0)
     problem, constants = problem_of(system, list(leaves))
     outcome, new = _searched(problem, constants, leaves, t0, past, throw)
-    starts = [leaf.declaration.guess for leaf in system.flat.leaves]
-    before = [jnp.asarray(starts[i] if leaf is None else leaf, float) for i, leaf in enumerate(leaves)]
-    found = [jnp.where(outcome.is_bad, before[i], new[i]) if i in new else leaf for i, leaf in enumerate(leaves)]
+    if _is_unknown(outcome) or outcome.is_bad:
+        starts = [leaf.declaration.guess for leaf in system.flat.leaves]
+        before = [jnp.asarray(starts[i] if leaf is None else leaf, float) for i, leaf in enumerate(leaves)]
+        new = {i: jnp.where(outcome.is_bad, before[i], new[i]) if i < len(leaves) else new[i] for i in new}
+        failed = jnp.asarray(outcome.is_bad, float)
+    else:
+        failed = jnp.asarray(np.zeros(()))
+    found = [new.get(i, leaf) for i, leaf in enumerate(leaves)]
     found += [new[i] for i in range(len(leaves), len(system.flat.leaves))]
     for i in leaves_of_unknowns(system, problem.given, problem.given_unknowns):
         found[i] = None
-    return found, jnp.asarray(outcome.is_bad, float)
+    return found, failed
 
 
 def _searched(
@@ -155,7 +161,7 @@ def _searched(
     t0 = jnp.asarray(t0, float)
     outcome, new = search_start(problem, params, easy, intake.starts.pack(leaves), t0, constants, past)
     if throw and not _is_unknown(outcome):
-        report_no_start(problem, outcome, leaves, new, t0)
+        report_no_start(problem, jax.tree.map(known, outcome), leaves, new, t0)
     return outcome, new
 
 

@@ -129,7 +129,9 @@ def _in_stages(measured: Callable[[Array, PyTree], Array], args: PyTree, easy: P
 
     def stage(z: Array, s: Array) -> tuple[Array, Array]:
         # Equal numbers are not interpolated: both may be infinite, such as the position of an absent stop.
-        between = jax.tree.map(lambda a, b: jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others)
+        between = jax.tree.map(
+            lambda a, b: a if a is b else jnp.where(a == b, a, a + (1.0 - s) * (b - a)), args, others
+        )
         return _least(lambda z, args: measured(z, args) - (1.0 - s) * lacking, z, between)
 
     z, lacks = jax.lax.scan(stage, first, jnp.linspace(0.0, 1.0, STAGES + 1)[1:])

@@ -14,6 +14,7 @@ from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._reduce.event_indicators import edges
 from ..._reduce.jaxpr import slice_output
+from ..._tracing import traced_once
 from ..events.changes import with_discrete
 from ..events.followed import with_follows
 from ..events.rounds import TOGETHER, first_of, most_rounds, repeated
@@ -94,13 +95,13 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
     none = jnp.zeros(events.total, bool)
     most, single = most_rounds(events), np.eye(events.total, dtype=bool)[matters & ~events.follows]
 
-    def point(y: Array, holds: Array) -> tuple[_Point, Array]:
+    def found(y: Array, holds: Array) -> tuple[_Point, Array]:
         """The point for the modes in y, and the events that fire there."""
         discrete = y[layout.discrete]
         x, lack = solver.root(discrete)
-        states, found = solver.at(solver.followed(x, discrete) if is_smooth else x, args)
+        states, own = solver.at(solver.followed(x, discrete) if is_smooth else x, args)
         y = layout.with_part(y, layout.states, states)
-        here = events.here(t0, y, found)
+        here = events.here(t0, y, own)
         truths = events.circuit.hold(events.truths_at_start(t0, here.indicators, args))
         triggered = with_follows(events, edges(truths, holds, events.either), y, here.values) & matters
         return _Point(x, y, holds, truths, here.values, lack), triggered
@@ -135,7 +136,8 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         tries = ~is_met(r.kept.lack) & (r.tried > 0) & (r.tried <= len(single))
         return jnp.where(jnp.any(r.fired), r.count < most, tries & (not is_smooth))
 
-    empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), jax.eval_shape(point, y, start.holds)[0])
+    point, shapes = traced_once(found, y, start.holds)
+    empty = jax.tree.map(lambda a: jnp.zeros(a.shape, a.dtype), shapes[0])
     first = _Round(y, start.holds, empty, ~none, none, none, jnp.asarray(0), jnp.asarray(0))
     trials = 0 if is_smooth else len(single) * (len(single) + 1)
     end = repeated(goes_on, next_round, first, most + trials, is_smooth)

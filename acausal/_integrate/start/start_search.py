@@ -19,6 +19,7 @@ from ..._evaluate.observe import observe
 from ..._evaluate.starts import Inputs
 from ..._indices import joined
 from ..._numbers import Numbers
+from ..._tracing import traced_once
 from ..loop.loop_start import event_start
 from ..programs.made_from import digest_of
 from ..programs.stored_program import result_of
@@ -76,7 +77,7 @@ class _Searches:
         x0, unknowns, values, easier = jax.lax.stop_gradient((x0, unknowns, values, easier))
         own = x0 if self._own is None else self._own.direct(x0, values)
 
-        def attempt(k: Numbers) -> tuple[Array, Array, Array]:
+        def attempted(k: Numbers) -> tuple[Array, Array, Array]:
             guess = jnp.where(unknowns == 0.0, 1.0, unknowns) * jnp.array(self._guesses)[k]
             shift = jnp.where(k == 0, 0.0, guess - unknowns)
             return shift, *self._whole.best(jnp.append(own, unknowns + shift), values, easier)
@@ -90,9 +91,10 @@ class _Searches:
             return (found[0] == 0) | (~is_met(found[3]) & (found[0] < len(self._guesses)))
 
         if len(self._guesses) == 1:
-            shift, whole, lack = attempt(0)
+            shift, whole, lack = attempted(0)
         else:
-            nothing = jax.tree.map(lambda a: jnp.zeros(a.shape), jax.eval_shape(attempt, 0))
+            attempt, shapes = traced_once(attempted, jnp.asarray(0))
+            nothing = jax.tree.map(lambda a: jnp.zeros(a.shape), shapes)
             _, shift, whole, lack = jax.lax.while_loop(goes_on, another, (jnp.asarray(0), *nothing))
         return Ends(own, whole, shift), lack
 

@@ -43,23 +43,25 @@ def corrected_sample(
     path: Callable[[Array], Array],
     error: Callable[[Array, Array], Array],
     t: Numbers,
+    n_states: int,
 ) -> PathSample:
     """The functions and their phases at a time on a path whose states need the correction `error(t, rates)`.
 
-    `values` gives the event indicators and the rates of the states at a point. It is compiled once, and evaluated
-    first on the uncorrected path and then at the corrected states.
+    `values` gives the event indicators and the rates of the `n_states` states at a point. It is compiled once, and
+    evaluated first on the uncorrected path and then at the corrected states.
     """
     y, slope = jax.jvp(path, (t,), (jnp.ones_like(t),))
 
     def again(shift: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], PathSample]:
-        n = len(shift[0])
-        place, slope_there = (jnp.concatenate([a[:n] + b, a[n:]]) for a, b in zip((y, slope), shift, strict=True))
+        place, slope_there = (
+            jnp.concatenate([a[:n_states] + b, a[n_states:]]) for a, b in zip((y, slope), shift, strict=True)
+        )
         here, rates = jax.jvp(with_angles(values), (t, place), (jnp.ones_like(t), slope_there))
         lacking = jax.jvp(error, (t, here.value[1]), (jnp.ones_like(t), rates.value[1]))
         following = shift[0] + lacking[0], shift[1] + lacking[1]
         return following, PathSample(t, here.value[0], rates.value[0], here.angles, rates.angles, here.steps, shift)
 
-    nothing = jnp.zeros(jax.eval_shape(values, t, y)[1].shape)
+    nothing = jnp.zeros(n_states)
     _, samples = jax.lax.scan(again, (nothing, nothing), None, length=EVALUATIONS)
     return jax.tree.map(lambda x: x[-1], samples)
 
