@@ -5,7 +5,9 @@ To a type checker it is `Annotated[Scalar, ...]`, so a component's constructor a
 """
 
 import dataclasses
+import functools as ft
 import math
+import operator
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -45,6 +47,25 @@ class Sign:
 positive = Sign("positive")
 nonnegative = Sign("nonnegative")
 nonzero = Sign("nonzero")
+
+
+@dataclasses.dataclass(frozen=True)
+class Limits:
+    """The least and greatest value of a parameter, and the place that states them, for messages."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    place: str = ""
+
+    def admits(self, value: Numbers) -> Truth:
+        """Whether each element of `value` lies between the limits; NaN does not."""
+        return (value >= self.low) & (value <= self.high)
+
+    @property
+    def name(self) -> str:
+        if self.high == math.inf:
+            return f"at least {self.low:g}"
+        return f"at most {self.high:g}" if self.low == -math.inf else f"between {self.low:g} and {self.high:g}"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -91,10 +112,10 @@ def shape(*sizes: int | str) -> Shape:
 class Declaration:
     """Declaration of one leaf in its class.
 
-    `sign` is the admissible range of its values, which must be finite unless it `is_unbounded`. `select`, `nominal` and
-    `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a parameter with
-    the shape of the value that it is given. The given start value of a variable that `is_fixed` is always a condition,
-    never only an initial guess.
+    `sign` and `limits` are the admissible range of its values, which must be finite unless it `is_unbounded`. `select`,
+    `nominal` and `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a
+    parameter with the shape of the value that it is given. The given start value of a variable that `is_fixed` is
+    always a condition, never only an initial guess.
     """
 
     role: Role
@@ -106,13 +127,19 @@ class Declaration:
     start: float | tuple[Any, ...] = 0.0  # of an array, a nested tuple, or one number for all elements
     is_unbounded: bool = False
     is_fixed: bool = False
+    limits: Limits | None = None
+
+    @property
+    def ranges(self) -> tuple[Sign | Limits, ...]:
+        """The stated ranges, all of which hold."""
+        return tuple(one for one in (self.sign, self.limits) if one is not None)
 
     def admits(self, value: Any) -> Any:
         """Whether each element of `value` is admissible; NaN is not."""
-        if self.sign is None:
-            return value == value if self._may_be_infinite else abs(value) < math.inf
-        inside = self.sign.admits(value)
-        return inside if self._may_be_infinite else inside & (abs(value) < math.inf)
+        parts = [one.admits(value) for one in self.ranges]
+        if not self._may_be_infinite:
+            parts.append(abs(value) < math.inf)
+        return ft.reduce(operator.and_, parts) if parts else value == value
 
     @property
     def guess(self) -> float | np.ndarray:
@@ -122,10 +149,12 @@ class Declaration:
     @property
     def range(self) -> str:
         """The condition of `admits`, as it follows "must be"."""
-        if self.sign is None:
+        if not self.ranges:
             return "a number" if self._may_be_infinite else "a finite number"
-        said = self.sign.name if self._may_be_infinite else f"{self.sign.name} and finite"
-        return f"{said} (otherwise {self.sign.outside})" if self.sign.outside else said
+        said = " and ".join([*(one.name for one in self.ranges), *([] if self._may_be_infinite else ["finite"])])
+        if self.limits is not None and self.limits.place:
+            return f"{said} ({self.limits.place})"
+        return f"{said} (otherwise {self.sign.outside})" if self.sign is not None and self.sign.outside else said
 
     @property
     def _may_be_infinite(self) -> bool:

@@ -111,7 +111,7 @@ def _default(argument: inspect.Parameter) -> str:
 
 def _range(declaration: Declaration) -> str:
     """The admissible range and the shape."""
-    words = [declaration.sign.name] if declaration.sign is not None else []
+    words = [one.name for one in declaration.ranges]
     words += ["unbounded"] if declaration.is_unbounded else []
     words += [f"shape ({', '.join(map(str, declaration.sizes))})"] if declaration.sizes else []
     return ", ".join(words)

@@ -252,7 +252,8 @@ class Component(Node, partial=True):
     Some attributes serve models that are translated from other languages. `equation_groups` states equations between
     leaves of parts. `determined` maps the leaves of the component in pytree order to the same leaves, with those
     parameters and start values replaced that others determine: those with `determined_names`. `structural_names` are
-    parameters of the original model on which its structure may depend: they are no leaves.
+    parameters of the original model on which its structure may depend: they are no leaves. `declared_in` are the places
+    in a text that declare variables, by their paths, for messages.
 
     `nominal` sets the nominal sizes of variables for which the default of the unit does not fit, as in
     `Capacitor(C=1e-9, nominal=dict(v=1e-5))`: see `sized`. `if_singular` explains a singularity of the component's
@@ -268,6 +269,7 @@ class Component(Node, partial=True):
     determined: ClassVar[Callable[[Sequence[Any]], Sequence[Any]] | None] = None
     determined_names: ClassVar[frozenset[str]] = frozenset()
     structural_names: ClassVar[frozenset[str]] = frozenset()
+    declared_in: ClassVar[Mapping[str, str]] = {}
     nominal: Mapping[str, object] = eqx.field(
         static=True, kw_only=True, default=Sizes(), converter=as_sizes, repr=False
     )

@@ -154,7 +154,7 @@ def _check_all_determined(flat: FlatModel, merged: Merged, reduced: Reduced) -> 
     nodes = np.unique(merged.representative)
     missing = np.setdiff1d(nodes[nodes >= 0], reduced.incidence.variables)
     if len(missing):
-        names = ", ".join(flat.node_name(int(node)) for node in missing[:10])
+        names = ", ".join(flat.placed_name(int(node)) for node in missing[:10])
         raise StructureError(
             f"Too few equations: no equation determines {names}.\n  Remedy: add one, connect the port of the "
             "variable, or remove the variable."

@@ -3,7 +3,7 @@
 import dataclasses
 import functools as ft
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -131,6 +131,7 @@ class FlatModel:
     the model.
 
     `across` lists pairs of nodes that are merged. A row of `flow_sets` lists (node, sign) whose signed sum is zero.
+    `places` are the places in a text that declare leaves, by their paths.
     """
 
     structure: PyTreeDef
@@ -142,6 +143,7 @@ class FlatModel:
     across: Int[np.ndarray, "m 2"]
     flow_sets: list[tuple[tuple[int, ...], tuple[int, ...]]]
     name: str  # the class of the model
+    places: Mapping[str, str]
     split: bool = False  # whether each element of an array variable is a node
 
     @ft.cached_property
@@ -198,6 +200,11 @@ class FlatModel:
     def node_name(self, node: int) -> str:
         leaf = self.leaves[self.leaf_of_node[node]]
         return leaf.name(node - leaf.first)
+
+    def placed_name(self, node: int) -> str:
+        """The name of a node, with the place in a text that declares it."""
+        place = self.places.get(self.leaves[self.leaf_of_node[node]].path.rstrip("[]"))
+        return f"{self.node_name(node)} ({place})" if place else self.node_name(node)
 
     def nodes(self, instances: Instances) -> Int[np.ndarray, "instances slots"]:
         """The first node of each slot of each instance; -1 for a parameter."""

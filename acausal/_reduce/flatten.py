@@ -191,8 +191,9 @@ def flatten(model: Component, *, split: bool = False) -> FlatModel:
     name = type(model).__name__
     starters = list(walker.starters.values())
     return FlatModel(
-        structure, walker.leaves, walker.n_nodes, instances, composites, starters, across, flow_sets, name, split
-    )
+        structure, walker.leaves, walker.n_nodes, instances, composites, starters, across, flow_sets, name,
+        walker.places, split,
+    )  # fmt: skip
 
 
 def _truths(instances: Instances, first: int) -> list[FlatLeaf]:
@@ -225,6 +226,7 @@ class _Walker:
         self.composites: dict[Kind, Instances] = {}
         self.starters: dict[Kind, Instances] = {}
         self.n_nodes: int = 0
+        self.places: dict[str, str] = {}
 
     def visit(self, node: Node, path: str, stack: tuple[int, ...]) -> None:
         if not isinstance(node, Node):
@@ -248,6 +250,8 @@ class _Walker:
             self._note(self.starters, node, path, stack, first_leaf)
         for group in node.equation_groups if isinstance(node, Component) else ():
             self._note_group(group, path, stack, first_leaf)
+        if isinstance(node, Component):
+            self.places.update((join(path, name), place) for name, place in node.declared_in.items())
         if sizes := sizes_of(node):
             self._size(node, sizes, first_leaf)
 

@@ -179,6 +179,10 @@ class Incidence:
         family, inside = self.place(row)
         return family.name(inside, self.flat)
 
+    def placed_name(self, variable: int) -> str:
+        """The name of a variable, with the place in a text that declares it."""
+        return self.flat.placed_name(int(self.variables[variable]))
+
     def variable_name(self, variable: int, order: int = 0) -> str:
         name = self.flat.node_name(int(self.variables[variable]))
         return name if order == 0 else f"der({name})" if order == 1 else f"der({name}, {order})"

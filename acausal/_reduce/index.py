@@ -242,7 +242,7 @@ def _explanation(
     for over, touched in _pieces(spare_rows, neighbours(rows, variables, table.n_rows), partner):
         lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
         lines.append("  equations: " + listed([table.row_name(row) for row in sorted(over)]))
-        lines.append("  variables: " + listed([table.variable_name(v) for v in sorted(touched)]))
+        lines.append("  variables: " + listed([table.placed_name(v) for v in sorted(touched)]))
         open_ports = _open_ports(table, over)
         lines += [f"  Nothing is connected to {port}, so {flow} is zero there." for port, flow in open_ports]
         lines.append(
@@ -253,7 +253,7 @@ def _explanation(
         lines.append(
             f"Too few equations: only {_count(len(touched), 'equation')} for {_count(len(under), 'variable')}."
         )
-        lines.append("  variables: " + listed([table.variable_name(v) for v in sorted(under)]))
+        lines.append("  variables: " + listed([table.placed_name(v) for v in sorted(under)]))
         lines.append("  equations: " + listed([table.row_name(row) for row in sorted(touched)]))
         lines.append(
             "  Remedy: add an equation or a component that determines one of these variables" + _hint(table, under)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from acausal import ModelError, simulate
+from acausal import ModelError, ParameterError, SimulationError, StructureError, replace, simulate
 from acausal._jax_settings import programs
 from acausal.modelica import ModelicaError, load
 
@@ -103,3 +103,70 @@ def test_a_missing_file_and_a_missing_root_are_named() -> None:
         load("nowhere.mo", "A")
     with pytest.raises(ModelicaError, match="The root nowhere does not exist"):
         load("model A end A;", "A", ["nowhere"])
+
+
+BODY = "Real x(start = 1, fixed = true); equation der(x) = -k * x;"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (f"model M parameter Real k(min = 0, max = 1) = 2; {BODY} end M;", "k must be between 0 and 1"),
+        (f"model M parameter Real k(min = 1); {BODY} end M;", "k must be at least 1"),
+        (f"model M parameter Integer k(max = 3) = 4; {BODY} end M;", "k must be at most 3"),
+        (f"model M parameter Real l = 3; parameter Real k(min = l) = l / 2; {BODY} end M;", "k must be at least 3"),
+        (f"model M type K = Real(min = 0); parameter K k = -1; {BODY} end M;", "k must be at least 0"),
+        (f"model M type E = enumeration(a, b); parameter E e(min = E.b) = E.a; parameter Real k = 1; {BODY} end M;",
+         "e must be at least 2"),
+        (f"model A parameter Real k(min = 0); {BODY} end A; model M parameter Real q; A a[2](k = {{q, q - 1}}); end M;",
+         r"a\[2\]\.k must be at least 0"),
+        (f"model M parameter Real a[2](max = {{1, 5}}) = {{2, 2}}, k = a[1]; {BODY} end M;", "a must be"),
+        (f"model M parameter Real k(min = 0, max = 1) = 1; {BODY} end M;", ""),
+        (f"model M parameter Real k(min = 0, fixed = false); {BODY} initial equation k = -1; end M;", ""),
+    ],
+)  # fmt: skip
+def test_parameters_outside_their_limits_are_refused_with_their_place(text: str, message: str) -> None:
+    if not message:
+        load(text, "M")
+        return
+    with pytest.raises(ModelicaError, match=rf"^<model>\.mo:1: {message}.*declared in <model>\.mo:1\), got"):
+        load(text, "M")
+
+
+def test_parameters_that_move_out_of_their_limits_end_the_run() -> None:
+    text = f"model A parameter Real k(max = 10); {BODY} end A; model M parameter Real q = 2; A a(k = 4 * q); end M;"
+    model = replace(load(text, "M"), {"q": 3.0})
+    with pytest.raises(ParameterError, match=r"a\.k must be at most 10 \(declared in <model>\.mo:1\), got 12"):
+        simulate(model, 0.1)
+    model = load(f"model M parameter Real k(min = -1) = 0; {BODY} end M;", "M")
+    with pytest.raises(ParameterError, match=r"k must be at least -1 \(declared in <model>\.mo:1\), got -2"):
+        replace(model, {"k": -2.0})
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("  Real x, y;\nequation\n  x + y = 1;", r"variables: x \(<model>\.mo:2\), y \(<model>\.mo:2\)"),
+        ("  Real x;\nequation\n  x = 1;\n  x = 2;", r"equations: <model>\.mo:4, <model>\.mo:5\n  variables: x \(<m"),
+        ("  Real x[3];\nequation\n  x[1:2] = {1, 2};", r"no equation determines x\[2\] \(<model>\.mo:2\)"),
+        ("  connector C\n    Real e;\n  end C;\n  C c[2];\nequation\n  c[1].e = 1;", r"c\[2\]\.e \(<model>\.mo:3\)"),
+    ],
+)
+def test_errors_of_the_structure_name_the_lines_of_variables(text: str, message: str) -> None:
+    with pytest.raises(StructureError, match=message):
+        simulate(load(f"model M\n{text}\nend M;", "M"), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('when x > 1 then terminate("x is above one"); end when;', r"terminate \(a\.<model>\.mo:1\): x is above one"),
+        ('algorithm when x > 1 then terminate("it ends"); end when;', r"terminate \(a\.<model>\.mo:1\): it ends"),
+        ('when x > 1 then terminate("x is " + String(x) + " m"); end when;', r"terminate \(.*: x is \.\.\. m"),
+        ('assert(x < 1, "x is above one");', r"assert \(a\.<model>\.mo:1\): x is above one"),
+    ],
+)
+def test_what_ends_a_run_has_its_place_and_message(text: str, message: str) -> None:
+    source = f"model A Real x(start = 0, fixed = true); equation der(x) = 1; {text} end A; model M A a; end M;"
+    with pytest.raises(SimulationError, match=f"At t = 1 s: {message}"):
+        simulate(load(source, "M"), 2.0)

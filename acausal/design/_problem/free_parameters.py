@@ -159,11 +159,11 @@ def _variable(known: Mapping[str, Leaf], places: tuple[Place, ...], low: float, 
 
 
 def _check_range(name: str, declaration: Declaration, low: float, high: float, scale: Scale) -> None:
-    sign = declaration.sign
     if np.isinf(low) and np.isinf(high):
         return  # a run outside the declared range fails
-    if sign is not None and not (sign.admits(low) and sign.admits(high) and (sign.name != "nonzero" or low * high > 0)):
-        raise ParameterError(f"{name} must be {sign.name}, also at its bounds, got {span_text(low, high, scale)}.")
+    for one in declaration.ranges:
+        if not (one.admits(low) and one.admits(high) and (one.name != "nonzero" or low * high > 0)):
+            raise ParameterError(f"{name} must be {one.name}, also at its bounds, got {span_text(low, high, scale)}.")
 
 
 T = TypeVar("T")

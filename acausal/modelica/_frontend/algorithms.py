@@ -1,12 +1,14 @@
 """Statements (Modelica 3.6, chapter 11)."""
 
 from collections.abc import Iterator, Sequence
+from pathlib import Path
 
 from .._syntax import expressions as e
 from .._syntax.visits import parts_of
 from .._translate.scope import NotKnown
 from . import references
 from . import tree as t
+from .classes import join
 from .expressions import Expressions
 from .source import TextError
 from .typed import (
@@ -184,7 +186,8 @@ class Statements:
                 raise self.here.error(
                     call.at, f"the message of `terminate` must be a String, not of type {message.type}."
                 )
-            return e.Terminate(message.x)
+            # A run cannot end early as if it were complete: it ends with this reason.
+            return e.Assert(e.Const(False), message.x, False, _named(self.here, call))
         if name == "reinit":
             raise self.here.error(call.at, "`reinit` is allowed in equations of when-clauses only.")
         found = self.here.typed(call)
@@ -330,7 +333,13 @@ def assertion(here: Expressions, call: t.Call) -> e.Assert:
         if level.type.name != "enumeration" or level.variability > PARAMETER:
             raise here.error(call.at, "the level of `assert` must be a literal of AssertionLevel.")
         is_warning = int(here.context.value(level.x)) == 1
-    return e.Assert(condition.x, message.x, is_warning)
+    return e.Assert(condition.x, message.x, is_warning, _named(here, call))
+
+
+def _named(here: Expressions, call: t.Call) -> str:
+    """The name of an assertion, with its component, file and line."""
+    place = here.scope.source.place(call.at)
+    return f"{call.function} ({join(here.scope.path, f'{Path(place.file).name}:{place.line}')})"
 
 
 def _argument(here: Expressions, call: t.Call, names: Sequence[str], i: int) -> t.Expression:

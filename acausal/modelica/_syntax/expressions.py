@@ -177,9 +177,12 @@ class WhenClause:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Assert:
+    """An assertion, or `terminate`, whose condition is never true."""
+
     condition: Expression
     message: Expression
     is_warning: bool
+    name: str = dataclasses.field(default="assert", compare=False)  # with the component, file and line
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -187,11 +190,6 @@ class Reinit:
     state: str
     value: Expression
     index: tuple[int, ...] = ()  # of one element of an array
-
-
-@dataclasses.dataclass(frozen=True, slots=True)
-class Terminate:
-    message: Expression
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -204,7 +202,5 @@ class BreakStatement:
     pass
 
 
-Statement: TypeAlias = (
-    Assign | IfStatement | For | While | WhenClause | Assert | Reinit | Terminate | Return | BreakStatement
-)
+Statement: TypeAlias = Assign | IfStatement | For | While | WhenClause | Assert | Reinit | Return | BreakStatement
 Body: TypeAlias = tuple[Statement, ...]

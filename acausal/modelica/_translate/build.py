@@ -44,6 +44,11 @@ def component(flat: FlatModelica) -> ModelicaModel:
         cls.determined = staticmethod(determine)
     cls.determined_names = model.determined.names()
     cls.structural_names = frozenset(map(attribute_path, model.known.parameters()))
+    cls.declared_in = {
+        attribute_path(leaf.path): str(leaf.variable.place)
+        for leaf in model.leaves.values()
+        if leaf.variable is not None and leaf.variable.place is not None
+    }
     cls.flat = flat
     return root
 

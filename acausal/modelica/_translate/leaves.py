@@ -3,6 +3,7 @@
 import dataclasses
 from typing import Any, Literal
 
+from ..._declare.annotations import Limits
 from ..._units.parsing import UnknownUnit, is_coherent
 from .._syntax.flat import FlatVariable
 
@@ -23,6 +24,7 @@ class ModelLeaf:
     unit: str = "1"
     is_discrete: bool = False
     is_positive: bool = False
+    limits: Limits | None = None
     select: int = 0
     nominal: float | None = None
     guess: float | tuple[Any, ...] = 0.0

@@ -76,9 +76,11 @@ class ModelEvents:
             return
         message = self._message(demand.message)
         if truth is not None and demand.active is None:
-            raise ModelError(f"assertion failed: {message}")
+            raise ModelError(f"{demand.name}: {message}")
         active = e.Ref(demand.active) if demand.active else e.Const(True)
-        self._add(f"assert_{len(self._found)}", [active, demand.condition], ft.partial(_assert_event, message))
+        count = sum(item.name.partition(" #")[0] == demand.name for item in self._found)
+        name = f"{demand.name} #{count + 1}" if count else demand.name
+        self._add(name, [active, demand.condition], ft.partial(_assert_event, message))
 
     def _before(self, x: Any) -> Any:
         """An expression of the values before the instant of the variables in it."""
@@ -88,10 +90,11 @@ class ModelEvents:
         return mapped(x, self._before)
 
     def _message(self, x: Any) -> str:
+        """A message, with dots in place of what is not known before a run."""
         try:
             return str(self._model.known.value(x))
         except NotKnown:
-            return "an assertion of the model is violated"
+            return self._message(x.left) + self._message(x.right) if isinstance(x, e.Binary) else "..."
 
     def __bool__(self) -> bool:
         return bool(self._found or self._model.previous.of)

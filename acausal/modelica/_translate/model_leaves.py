@@ -6,6 +6,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from ..._declare.annotations import Limits
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
@@ -74,6 +75,16 @@ class ModelLeaves:
             leaf = self._model.leaves[variable.name]
             if leaf.role == "param":
                 self._parameter_value(variable, leaf, [])
+        for variable in self._model.flat.variables.values():
+            leaf = self._model.leaves.get(variable.name)
+            if variable.variability != "parameter" or (variable.min, variable.max) == (None, None):
+                continue
+            if leaf is not None and leaf.role == "param":
+                leaf.limits = self._check(variable, leaf.value)
+                is_low = leaf.limits is not None and leaf.limits.low >= 0
+                leaf.is_positive = is_low and bool(np.all(np.asarray(leaf.value) > 0))
+            elif leaf is None and variable.name in self._model.known:
+                self._check(variable, self._model.known[variable.name])
 
     def _open_parameter(self, variable: FlatVariable) -> None:
         """A parameter that initial equations determine: a variable that keeps its value."""
@@ -112,9 +123,32 @@ class ModelLeaves:
             if reads:
                 self._model.determined.add(leaf, term, reads)
         leaf.value = as_leaf(shaped(value, variable))
-        low = self._number(variable.min)
-        leaf.is_positive = low is not None and low >= 0 and bool(np.all(np.asarray(leaf.value) > 0))
         return leaf.value
+
+    def _check(self, variable: FlatVariable, value: Value) -> Limits | None:
+        """The limits of a parameter, except those that follow others. Raises `ModelicaError` if its value is outside,
+        as far as the limits are known.
+        """
+        with located(variable.place):
+            (low, is_set), (high, is_too) = self._limit(variable.min, -np.inf), self._limit(variable.max, np.inf)
+        limits = Limits(float(np.min(low)), float(np.max(high)), f"declared in {variable.place}")
+        if not np.all((np.asarray(value) >= low) & (np.asarray(value) <= high)):
+            raise ModelicaError(
+                f"{variable.source}: {variable.name} must be {limits.name} ({limits.place}), got {value}."
+            )
+        limits = dataclasses.replace(
+            limits, low=limits.low if is_set else -np.inf, high=limits.high if is_too else np.inf
+        )
+        return limits if np.isfinite(limits.low) or np.isfinite(limits.high) else None
+
+    def _limit(self, x: Any, otherwise: float) -> tuple[Any, bool]:
+        """A limit, `otherwise` if it is unknown, and whether it never changes."""
+        if x is None:
+            return otherwise, False
+        term, reads = self._model.term(x)
+        if any(other.role != "param" or other.value is None for other in reads):
+            return otherwise, False
+        return np.asarray(self._model.value(term, reads), float), not reads
 
     def _becomes_variable(self, variable: FlatVariable) -> None:
         """A parameter whose binding reads one that initial equations determine."""

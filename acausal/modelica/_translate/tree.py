@@ -49,7 +49,7 @@ def attribute_path(path: str) -> str:
 def _declaration(leaf: ModelLeaf) -> Declaration:
     """The declaration of a leaf. A given start value is that of `fixed=true` or of an initial equation."""
     is_fixed = leaf.role == "var" and (leaf.is_followed or leaf.value is not None)
-    return dataclasses.replace(declaration_of(leaf), is_fixed=is_fixed)
+    return dataclasses.replace(declaration_of(leaf), is_fixed=is_fixed, limits=leaf.limits)
 
 
 @dataclasses.dataclass(frozen=True)

@@ -53,6 +53,7 @@ class Reset:
 class Assertion:
     """A condition that must hold, always or while `active`."""
 
+    name: str
     active: str | None
     condition: Any
     message: Any
@@ -96,11 +97,11 @@ class Lowering:
             out.algorithms.append(algorithm)
         for demand in flat.asserts:
             if not demand.is_warning:
-                out.demands.append(Assertion(None, self._sampled(demand.condition), demand.message))
+                out.demands.append(Assertion(demand.name, None, self._sampled(demand.condition), demand.message))
         at_start = (*flat.initial_asserts, *(s for algorithm in flat.initial_algorithms for s in algorithm.body))
         for demand in assertions(at_start):
             condition = any_of([self._sampled(demand.condition), e.Unary("Not", INITIAL)])
-            out.demands.append(Assertion(None, condition, demand.message))
+            out.demands.append(Assertion(demand.name, None, condition, demand.message))
         for equation in flat.equations:
             out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
         previous = PreviousAtStart.of(out.initial_equations)
@@ -206,10 +207,7 @@ class Lowering:
                     self.out.resets.append(Reset(active, s.state, s.value))
                 case e.Assert():
                     if not s.is_warning:
-                        self.out.demands.append(Assertion(active, s.condition, s.message))
-                case e.Terminate():
-                    # A run cannot end early as if it were complete: it ends with this reason.
-                    self.out.demands.append(Assertion(active, e.Const(False), s.message))
+                        self.out.demands.append(Assertion(s.name, active, s.condition, s.message))
                 case e.IfStatement():
                     values = [self._values(b, self._taken(b, active, given)) for given, b in branches_of(s)]
                     found |= chosen(s, values, before("Pre"))
@@ -241,8 +239,8 @@ class Lowering:
 
         for s in map(of_arguments, function.body):
             match s:
-                case e.Assert(condition, message, is_warning):
-                    self.out.demands += [] if is_warning else [Assertion(active, condition, message)]
+                case e.Assert():
+                    self.out.demands += [] if s.is_warning else [Assertion(s.name, active, s.condition, s.message)]
                 case e.Assign((), e.FunctionCall() as inner):
                     self._effects(inner, active)
                 case _:
@@ -267,7 +265,7 @@ class Lowering:
         added: list[str] = []
         body = self._body(algorithm.body, added)
         # Assertions hold for the values at the end of the algorithm.
-        self.out.demands += [Assertion(None, s.condition, s.message) for s in assertions(body)]
+        self.out.demands += [Assertion(s.name, None, s.condition, s.message) for s in assertions(body)]
         body = without_assertions(body)
         return dataclasses.replace(algorithm, body=body, outputs=(*algorithm.outputs, *added))
 

@@ -320,7 +320,7 @@ def test_promote_adds_dimensions_and_terminate_outside_of_when_ends_at_the_start
     )
     found = variables(source)
     assert (found["a[2, 1]"], found["b[1]"]) == ("{{y[1]}, {y[2]}}", "{x}")
-    assert text(flat(source).whens[0]) == "when Initial() then Terminate end when"
+    assert text(flat(source).whens[0]) == "when Initial() then assert(false, 'end') end when"
 
 
 @pytest.mark.parametrize(
