@@ -1,6 +1,7 @@
 """Causes of failures: linear blocks that are singular up to rounding, and the unknown that belongs to a failure."""
 
 import functools as ft
+from collections.abc import Iterable
 
 import jax
 import jax.numpy as jnp
@@ -79,24 +80,37 @@ def _log_determinant(matrices: Array) -> Array:
 
 def first_not_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Pair | None:
     """The first unknown, in the order of computation, that is not finite at a point."""
-    are_finite = np.asarray(_are_finite(system, t, y, inputs))
-    return next((pair for pair, is_finite in zip(system.plan.places, are_finite, strict=True) if not is_finite), None)
+    return next(iter(_marked(system.plan.places, _not_finite_at(system, t, y, inputs))), None)
+
+
+def insolvable(system: System, t: Numbers, y: Array, inputs: Inputs) -> tuple[list[Pair], list[Pair]]:
+    """The unknowns that are not finite at a point, and the first unknowns of linear blocks that are singular there."""
+    not_finite, singular = _insolvable_at(system, t, y, inputs)
+    return _marked(system.plan.places, not_finite), _marked(linear_blocks(system), singular)
+
+
+def _marked(pairs: Iterable[Pair], mask: Array) -> list[Pair]:
+    return [pair for pair, is_marked in zip(pairs, np.asarray(mask), strict=True) if is_marked]
 
 
 @ft.partial(in_parts, static_argnums=(0,))
-def _are_finite(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
-    """Whether each unknown is finite at a point."""
-    store, plan = system.evaluate_all(t, y, inputs), system.plan
+def _not_finite_at(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
+    return _not_finite(system, system.evaluate_all(t, y, inputs))
+
+
+@ft.partial(in_parts, static_argnums=(0,))
+def _insolvable_at(system: System, t: Numbers, y: Array, inputs: Inputs) -> tuple[Array, Array]:
+    store = system.evaluate_all(t, y, inputs)
+    return _not_finite(system, store), joined(singular_blocks(system, store, inputs))
+
+
+def _not_finite(system: System, store: Segments) -> Array:
+    """Whether each unknown is not finite."""
+    plan = system.plan
     values = [
         store.flat(place.segment)[place.start : place.start + plan.size(pair[0])] for pair, place in plan.places.items()
     ]
-    return jnp.asarray([jnp.all(jnp.isfinite(value)) for value in values], bool)
-
-
-@ft.partial(in_parts, static_argnums=(0,))
-def singular_blocks_at(system: System, t: Numbers, y: Array, inputs: Inputs) -> Array:
-    """`singular_blocks` at a point, in one array."""
-    return joined(singular_blocks(system, system.evaluate_all(t, y, inputs), inputs))
+    return jnp.asarray([~jnp.all(jnp.isfinite(value)) for value in values], bool)
 
 
 def block_of(system: System, pair: Pair) -> Torn | None:

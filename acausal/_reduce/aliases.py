@@ -152,8 +152,7 @@ def by_zero_factors(family: Family, zero: np.ndarray) -> Iterator[Family]:
 
 def _repeated(family: Family, row: int, flat: FlatModel) -> str:
     """The content that a redundant equation repeats, and the remedy."""
-    alone = {nodes[0] for nodes, _ in flat.flow_sets if len(nodes) == 1}
-    if unconnected := [flat.node_name(node) for node in family.nodes[row].tolist() if node in alone]:
+    if unconnected := [flat.node_name(node) for node in family.nodes[row].tolist() if node in flat.unconnected]:
         ports = ", ".join(name.rpartition(".")[0] for name in unconnected)
         return f"that the flow is zero at {ports}, which has no connection. Remedy: connect it."
     return (

@@ -197,6 +197,11 @@ class FlatModel:
         names = {leaf.path.rstrip("[]"): number for number, leaf in enumerate(self.own_leaves) if self.split}
         return {name: number for name, number in names.items() if "[]" not in name and name not in self.leaf_names}
 
+    @ft.cached_property
+    def unconnected(self) -> frozenset[int]:
+        """The flows of ports to which nothing is connected."""
+        return frozenset(nodes[0] for nodes, _ in self.flow_sets if len(nodes) == 1)
+
     def node_name(self, node: int) -> str:
         leaf = self.leaves[self.leaf_of_node[node]]
         return leaf.name(node - leaf.first)

@@ -264,11 +264,10 @@ def _explanation(
 def _open_ports(table: Incidence, rows: Iterable[int]) -> list[tuple[str, str]]:
     """The ports of the components in these equations to which nothing is connected, and the name of their flow."""
     flat, found = table.flat, dict[tuple[str, str], None]()
-    alone = {nodes[0] for nodes, _ in flat.flow_sets if len(nodes) == 1}
     for family, inside in map(table.place, sorted(rows)):
         if family.instances is not None:
             nodes = flat.nodes(family.instances)[family.members[inside]].tolist()
-            names = [flat.node_name(node).rpartition(".") for node in nodes if node in alone]
+            names = [flat.node_name(node).rpartition(".") for node in nodes if node in flat.unconnected]
             found |= {(port, flow): None for port, _, flow in names}
     return list(found)
 

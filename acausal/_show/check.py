@@ -23,7 +23,7 @@ from .._declare.node import check_is_node, nodes_of
 from .._declare.node_requirements import broken
 from .._errors import ModelError, SimulationError, collecting
 from .._evaluate.building import build, system_of
-from .._evaluate.diagnosis import first_not_finite, linear_blocks, singular_blocks_at
+from .._evaluate.diagnosis import insolvable
 from .._evaluate.initial import checked_names, initial_state
 from .._evaluate.system import System
 from .._integrate.results.failure import about_block, about_range
@@ -121,13 +121,12 @@ def _start(system: System, model: Component) -> list[str]:
     if names:
         return [f"{', '.join(names)}: the start values contradict the equations. Omit some of them."]
     name_of = lambda pair: system.ordered.table.variable_name(*pair)  # noqa: E731
-    pair = first_not_finite(system, jnp.asarray(0.0), y, inputs)
-    if pair is not None:
+    not_finite, singular = insolvable(system, jnp.asarray(0.0), y, inputs)
+    if not_finite:
+        pair = not_finite[0]
         said = f"{name_of(pair)} is infinite or not a number at the start."
         return [f"{said}{about_range(system, pair)}{about_block(system, pair)}"]
-    singular = singular_blocks_at(system, jnp.asarray(0.0), y, inputs)
-    pairs = [pair for pair, is_singular in zip(linear_blocks(system), np.asarray(singular), strict=True) if is_singular]
-    return [f"{name_of(pair)} is determined by rounding errors only.{about_block(system, pair)}" for pair in pairs]
+    return [f"{name_of(pair)} is determined by rounding errors only.{about_block(system, pair)}" for pair in singular]
 
 
 SHOWN = 3  # variables in a sentence
