@@ -246,8 +246,10 @@ class EquationGroup(NamedTuple):
 class Component(Node, partial=True):
     """A part of a model: parameters, variables and ports, with the equations between them.
 
-    A *final* component states `equations`, or joins sub-components by `connections`, or both. A *partial* one (`class
-    TwoPin(Component, partial=True)`) holds the common parts of several final ones and cannot be instantiated.
+    A component states `equations`, or joins sub-components by `connections`, or both. A *partial* one (`class
+    TwoPin(Component, partial=True)`) holds the common fields of several others and cannot be instantiated. All others
+    are *final*: no class derives from them, except from one that only joins parts. Such a variant adds parts, declares
+    others of the same names, and extends `super().connections()`.
 
     Some attributes serve models that are translated from other languages. `equation_groups` states equations between
     leaves of parts. `determined` maps the leaves of the component in pytree order to the same leaves, with those
@@ -279,6 +281,12 @@ class Component(Node, partial=True):
         if sizes := sizes_of(self):
             object.__setattr__(self, "nominal", checked_sizes(self, sizes))
         object.__setattr__(self, "_past", None)
+
+    @classmethod
+    def _is_composite(cls) -> bool:
+        laws = ("equations", "initial_equations", "events", "energy", "shared_equations", "shared_energy")
+        is_plain = all(getattr(cls, name) is getattr(Component, name) for name in laws)
+        return is_plain and not cls.equation_groups and cls.determined is None
 
     def __str__(self) -> str:
         """The parts as a tree, with values in their units."""

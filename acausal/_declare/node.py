@@ -6,7 +6,7 @@ import sys
 import types
 import typing
 from collections.abc import Container, Iterator, Mapping
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn, dataclass_transform
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, NoReturn, cast, dataclass_transform
 
 import equinox as eqx
 import jax
@@ -109,10 +109,13 @@ class NodeMeta(type(eqx.Module)):
 
 def _check_bases(name: str, bases: tuple[type, ...]) -> None:
     for base in bases:
-        if isinstance(base, NodeMeta) and not base._partial:
+        if isinstance(base, NodeMeta) and not base._partial and not cast(Any, base)._is_composite():
+            partial = [kind.__name__ for kind in base.__bases__ if not kind.__module__.startswith(str(__package__))]
+            also = f", derive from {' and '.join(partial)} as {base.__name__} does" if partial else ""
             raise ModelError(
-                f"{name} derives from {base.__name__}, which is final. Use a {base.__name__} as a part, or move "
-                "their common parts to a base with `partial=True`."
+                f"{name} derives from {base.__name__}, which is final: only a class that does no more than join parts "
+                f"can be varied. Use {base.__name__} as a part{also}, or move their common fields to a base with "
+                "`partial=True`."
             )
 
 
@@ -220,6 +223,11 @@ class Node(eqx.Module, metaclass=NodeMeta, partial=True):
     def start_requirements(self) -> Requirements:
         """Conditions on the start values of its own variables, checked when it is built: a tuple of `require(...)`."""
         return ()
+
+    @classmethod
+    def _is_composite(cls) -> bool:
+        """Whether the class only joins parts, so that other classes can vary it."""
+        return False
 
     @classmethod
     def _states_requirements(cls) -> bool:

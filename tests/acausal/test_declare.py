@@ -1,5 +1,6 @@
 """Declarations in class statements, and those that are refused."""
 
+import math
 import pickle
 import sys
 from typing import Any, ClassVar, Self
@@ -15,6 +16,7 @@ from _postponed import Friend, Postponed
 from acausal import (
     ArgumentError,
     Component,
+    Connections,
     Discrete,
     Equations,
     Flow,
@@ -28,6 +30,7 @@ from acausal import (
     Time,
     Var,
     Vector,
+    connect,
     eq,
     nonnegative,
     positive,
@@ -38,7 +41,7 @@ from acausal import (
 from acausal._declare.fields import dynamic_fields
 from acausal._declare.node import leaves_of, nodes_of
 from components.electrical import Resistor
-from components.rotational import EccentricDisc
+from components.rotational import ConstantSpeed, ConstantTorque, Damper, EccentricDisc, Fixed, Inertia
 from components.translational import Mass
 
 
@@ -158,6 +161,56 @@ def test_a_final_component_cannot_be_derived_from() -> None:
 
         class Bigger(Tank):
             pass
+
+    with pytest.raises(ModelError, match=r"Use Fan as a part, derive from Shared as Fan does, or move"):
+
+        class BiggerFan(Fan):
+            pass
+
+
+class Fan(Shared):
+    def equations(self, d: Any) -> Equations:
+        return dict(rest=eq(d.x))
+
+
+class Train(Component):
+    drive: ConstantTorque
+    load: Inertia
+
+    def connections(self) -> Connections:
+        return (connect(self.drive.flange, self.load.a),)
+
+
+class BrakedTrain(Train):
+    """More parts."""
+
+    brake: Damper
+    wall: Fixed
+
+    def connections(self) -> Connections:
+        return (
+            *super().connections(),
+            connect(self.load.b, self.brake.a),
+            connect(self.brake.b, self.wall.flange),
+        )
+
+
+class GivenTrain(BrakedTrain):
+    """A part of another class, in a variant of a variant."""
+
+    drive: ConstantSpeed  # pyright: ignore[reportIncompatibleVariableOverride]
+
+
+def test_a_class_that_only_joins_parts_can_be_varied() -> None:
+    load, brake, wall = Inertia(J=2.0), Damper(d=3.0), Fixed()
+    braked = BrakedTrain(drive=ConstantTorque(torque=1.0), load=load, brake=brake, wall=wall)
+    assert simulate(braked, 1.0, save="end").final.load.w == pytest.approx((1 - math.exp(-1.5)) / 3.0, rel=1e-6)
+    given = GivenTrain(drive=ConstantSpeed(speed=4.0), load=load, brake=brake, wall=wall)
+    assert abs(simulate(given, 1.0, save="end").final.brake.tau) == pytest.approx(12.0, rel=1e-9)
+    with pytest.raises(ModelError, match=r"Bare\.load replaces a port or part of Train"):
+
+        class Bare(Train):
+            load: Param[Scalar, "kg.m2"]  # pyright: ignore[reportIncompatibleVariableOverride]
 
 
 @pytest.mark.parametrize("kind", [Param, Var, Flow, Time, Discrete])
