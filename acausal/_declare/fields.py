@@ -4,7 +4,6 @@ import dataclasses
 import functools as ft
 import inspect
 import math
-import re
 import weakref
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
@@ -104,9 +103,7 @@ def as_parameter(value: Any, *, unit: str, where: str) -> Array:
 
 
 def _not_a_number(value: object, where: str) -> ParameterError:
-    found = re.fullmatch(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*([A-Za-z%].*)", value) if isinstance(value, str) else None
-    remedy = f' Remedy: write quantity({found[1]}, "{found[2]}").' if found else ""
-    return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.{remedy}")
+    return ParameterError(f"{where} must be a real number or an array of them, got {value!r}.")
 
 
 def as_start(value: Any, *, unit: str, where: str) -> Numbers | None:

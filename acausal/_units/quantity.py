@@ -1,5 +1,6 @@
 """Quantities, and their conversion to SI units."""
 
+import re
 import sys
 from collections.abc import Callable
 from typing import Any, TypeVar
@@ -13,6 +14,7 @@ U = TypeVar("U")
 
 def quantity(value: Any, unit: str) -> Any:
     """A value in another unit than the SI unit, as in `Inertia(J=quantity(120.0, "g.cm2"))` or `quantity(3000, "rpm")`.
+    A text does for a known number: `Inertia(J="120 g.cm2")`.
 
     It is a quantity of pint, so `quantity(1.5, "GPa") / quantity(10.0, "cm3")` is one, too. A component converts it to
     the declared unit when it is built, also from a quantity of another pint registry. `value` may be an
@@ -24,15 +26,33 @@ def quantity(value: Any, unit: str) -> Any:
     return registry().Quantity(value, _named("quantity", pint_unit, unit))
 
 
+_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s*(\S*)\s*")
+
+
+def written(text: str, where: str) -> tuple[float, str]:
+    """The number and the unit in a text such as "15 mm"; the unit may be empty.
+
+    Raises `ParameterError`, naming `where`, for other texts.
+    """
+    found = _NUMBER.fullmatch(text)
+    if found is None:
+        raise ParameterError(f"{where}: {text!r} is not a number, with or without a unit, such as '15 mm'.")
+    return float(found[1]), found[2]
+
+
 def magnitude(value: Any, unit: str, where: str = "magnitude") -> Any:
     """The number of a quantity in a unit; a plain number counts as already in this unit.
 
-    `magnitude(quantity(50.0, "rad/s"), "rpm")` is 477.46. The unit "" stands for the SI unit of any dimension.
+    `magnitude(quantity(50.0, "rad/s"), "rpm")` and `magnitude("50 rad/s", "rpm")` are 477.46. The unit "" stands for
+    the SI unit of any dimension.
 
-    Raises `ParameterError`, naming `where`, for a quantity of another dimension, and for turns per time (Hz, 1/min)
-    given as an angular speed (rad/s, rpm) or vice versa, which would lose a factor of 2 pi. A length or a volume given
-    for one per angle is refused for the same reason: data sheets often mean one per turn.
+    Raises `ParameterError`, naming `where`, for other texts, for a quantity of another dimension, and for turns per
+    time (Hz, 1/min) given as an angular speed (rad/s, rpm) or vice versa, which would lose a factor of 2 pi. A length
+    or a volume given for one per angle is refused for the same reason: data sheets often mean one per turn.
     """
+    if isinstance(value, str):
+        number, own = written(value, where)
+        value = registry().Quantity(number, _named(where, pint_unit, own)) if own else number
     if not has_unit(value):
         return value
     given, source = _own(value, where)

@@ -1,12 +1,11 @@
 """Types of arguments, and numbers with units: texts such as "15 mm", quantities of pint, and plain numbers."""
 
-import re
 from collections.abc import Callable, Mapping
 from typing import Any, Protocol, TypeAlias, TypeVar
 
 from ..._errors import ParameterError
 from ..._units.display import scale_of
-from ..._units.quantity import has_unit, magnitude, quantity
+from ..._units.quantity import has_unit, magnitude, written
 
 Value = TypeVar("Value")
 
@@ -25,27 +24,18 @@ class Executor(Protocol):
         ...
 
 
-_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[+-]?inf)\s*(\S*)\s*")
-
-
 def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
     """A number converted to `unit` ("": the SI unit), and the unit it was written in ("" for a plain number).
 
     Raises `ParameterError` for text that is not a number with a unit, and for a unit of another dimension.
     """
     if isinstance(value, str):
-        found = _NUMBER.fullmatch(value)
-        if found is None:
-            raise ParameterError(f"{where}: {value!r} is not a number with a unit, such as '15 mm'.")
-        number, written = float(found[1]), found[2]
-        if not written:
-            return number, ""
-        return float(magnitude(quantity(number, written), unit, where)), written
+        return float(magnitude(value, unit, where)), written(value, where)[1]
     if has_unit(value):
-        written = f"{value.units:~C}".replace("**", "").replace("*", ".")
+        own = f"{value.units:~C}".replace("**", "").replace("*", ".")
         for symbol, name in (("Δ°C", "delta_degC"), ("°C", "degC"), ("°", "deg")):
-            written = written.replace(symbol, name)
-        return float(magnitude(value, unit, where)), written
+            own = own.replace(symbol, name)
+        return float(magnitude(value, unit, where)), own
     try:
         return float(value), ""
     except (TypeError, ValueError) as error:
@@ -54,5 +44,5 @@ def number_in(value: Any, unit: str, where: str) -> tuple[float, str]:
 
 def difference_in(value: object, unit: str, where: str) -> float:
     """A difference converted to `unit`: 2 degC become 2 K, whereas the temperature 2 degC is 275.15 K."""
-    number, written = number_in(value, unit, where)
-    return number - scale_of(written or unit, unit, where).zero
+    number, own = number_in(value, unit, where)
+    return number - scale_of(own or unit, unit, where).zero
