@@ -1,5 +1,6 @@
 """Values read from a run afterwards: between steps, integrals, peaks and energies, from its recorded steps."""
 
+from collections.abc import Callable
 from typing import Any
 
 import equinox as eqx
@@ -325,3 +326,17 @@ def test_a_known_run_is_read_at_once_also_while_jax_traces() -> None:
 
 def test_no_times_give_no_values() -> None:
     assert np.shape(simulate(rc(), 0.2).at(np.zeros((0, 3))).c.v) == (0, 3)
+
+
+@pytest.mark.parametrize(
+    ("read", "option"),
+    [
+        (lambda sol: sol.integral(lambda s: s.c.v), r"integrals=\.\.\."),
+        (lambda sol: sol.peak(lambda s: s.c.v), r"peaks=\.\.\."),
+        (lambda sol: sol.energy, "energy=True"),
+    ],
+)
+def test_a_run_without_steps_names_the_option_that_needs_none(read: Callable[[Any], Any], option: str) -> None:
+    end = simulate(rc(), 1.0, save="end")
+    with pytest.raises(ModelError, match=rf'save="dense".* or simulate\(\.\.\., {option}\), which needs no steps'):
+        read(end)

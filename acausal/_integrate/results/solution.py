@@ -48,6 +48,8 @@ from .trajectories import both_sides, chosen, over_batch, trajectories
 from .unresolved import UnresolvedWarning, unresolved
 
 M = TypeVar("M", bound=Component)
+# Options of `simulate` with which a run computes a result itself
+_WITHOUT_STEPS = {"integral": "integrals=...", "peak": "peaks=...", "energy account": "energy=True"}
 _ROUGH = (
     "The estimated error of sol.integral(f) exceeds rtol: f varies too fast, or is as small as rounding errors. "
     "Remedy: integrate it with the states, simulate(..., integrals=f)."
@@ -250,7 +252,9 @@ class Solution(eqx.Module, Generic[M]):
 
     def _integrals_over_run(self, function: Callable[[M], PyTree], *, alike: bool) -> PyTree:
         """See `integral`. The errors of `alike` functions are compared with the largest of their integrals."""
-        found, tree = self._over_run(function, "integral", ft.partial(OverRun.integral, alike=alike))
+        found, tree = self._over_run(
+            function, "energy account" if alike else "integral", ft.partial(OverRun.integral, alike=alike)
+        )
         size = jnp.max(found.size, axis=-1, keepdims=True, initial=0.0) if alike else found.size
         is_bad = found.error > self._rtol[..., None] * size
         is_any, values = known(jnp.any(is_bad)), found.value
@@ -288,9 +292,14 @@ class Solution(eqx.Module, Generic[M]):
         """The recorded steps with dense output. Raises `ModelError` if the run has none."""
         check_precision()
         if self._record is None or self._record.infos is None:
+            also = (
+                f", or simulate(..., {_WITHOUT_STEPS[wanted]}), which needs no steps"
+                if wanted in _WITHOUT_STEPS
+                else ""
+            )
             raise ModelError(
                 f"The {wanted} needs the dense output of the steps, which the run did not save. Remedy: "
-                'simulate(..., save="dense"), which also saves it within jit, vmap and grad.'
+                f'simulate(..., save="dense"), which also saves it within jit, vmap and grad{also}.'
             )
         return self._record
 
