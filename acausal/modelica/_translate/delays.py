@@ -32,6 +32,8 @@ def make_delays(model: Translation) -> list[Delay]:
     """
     made = _Delays(model)
     model.equations[:] = [made.in_equation(q) for q in model.equations]
+    for parts in (model.lowered.resets, model.lowered.demands):
+        parts[:] = [made.in_event(part) for part in parts]
     model.equations += made.equations
     return made.found
 
@@ -46,6 +48,9 @@ class _Delays:
     def in_equation(self, equation: FlatEquation) -> FlatEquation:
         residual = self._in(equation.residual, equation)
         return equation if residual is equation.residual else dataclasses.replace(equation, residual=residual)
+
+    def in_event(self, x: Any) -> Any:
+        return self._in(x, FlatEquation(e.Const(0.0), "", "delay", None))
 
     def _in(self, x: Any, at: FlatEquation) -> Any:
         x = mapped(x, lambda part: self._in(part, at))

@@ -103,10 +103,10 @@ class Library:
         if zero is None:
             zero = self._empty_record(formal.type)
         try:
-            sizes = [int(evaluate(size, at)) for size in formal.dims if not isinstance(size, e.Colon)]
+            sizes = [0 if isinstance(size, e.Colon) else int(evaluate(size, at)) for size in formal.dims]
         except NotKnown:
             return zero
-        return zero if len(sizes) < len(formal.dims) or not sizes else _filled(zero, sizes)
+        return _filled(zero, sizes) if sizes else zero
 
     def _empty_record(self, type_name: str) -> Value:
         constructor = self.functions.get(type_name)
