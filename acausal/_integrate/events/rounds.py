@@ -40,6 +40,13 @@ def most_rounds(events: RunEvents) -> int:
     return TOGETHER + 4 * events.total + 16 + int(np.sum(is_own & events.follows[number]))
 
 
+def ready(events: RunEvents, triggered: Array) -> Array:
+    """The triggered events that happen in a round. Conditions of `ifelse` change first, because values that depend on
+    them, which other events read, are not final before.
+    """
+    return triggered & (events.held | ~jnp.any(triggered & events.held))
+
+
 def first_of(events: RunEvents, triggered: Array) -> Array:
     """The first of the triggered events in the list, and each `follow` among them."""
     others = triggered & ~events.follows
@@ -125,7 +132,8 @@ class Iteration(NamedTuple):
         triggered = with_follows(events, changes, ys[1], here.values)
         triggered &= ~events.nonlinear & ~events.waits
         n_together = TOGETHER + jnp.maximum(jnp.sum(r.happened), r.n_own)
-        chosen = jnp.where(r.count < n_together, triggered, first_of(events, triggered))
+        together = ready(events, triggered) | (triggered & r.by_time)
+        chosen = jnp.where(r.count < n_together, together, first_of(events, triggered))
         begins = chosen & r.by_time & ~own.is_any
         # Events that time alone triggers happen together with the due ones, before all consequences.
         fired = jnp.where(own.is_any, own.mask & ~events.impacts, chosen & ~jnp.any(begins))

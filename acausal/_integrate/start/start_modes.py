@@ -17,7 +17,7 @@ from ..._reduce.jaxpr import slice_output
 from ..._tracing import traced_once
 from ..events.changes import with_discrete
 from ..events.followed import with_follows
-from ..events.rounds import TOGETHER, first_of, most_rounds, repeated
+from ..events.rounds import TOGETHER, first_of, most_rounds, ready, repeated
 from ..events.run_events import RunEvents
 from ..loop.loop_start import EventStart
 from ..setup.field import RunArgs
@@ -123,7 +123,9 @@ def modes_at(start: EventStart, t0: Numbers, solver: Solver) -> StartModes:
         is_trial = r.tried > 0
         is_better = lasts(new) & ~jnp.any(new.truths & events.refused) & (_size(new) < 0.5 * _size(r.kept))
         kept = jax.tree.map(lambda a, b: jnp.where(is_trial & ~is_better, b, a), new, r.kept)
-        fired = (jnp.where(r.count < TOGETHER, triggered, first_of(events, triggered)) | r.due) & ~is_trial
+        fired = (
+            jnp.where(r.count < TOGETHER, ready(events, triggered), first_of(events, triggered)) | r.due
+        ) & ~is_trial
         late = r.late | (fired & (r.count >= TOGETHER))
         tries = ~jnp.any(fired) & (len(single) > 0)
         number = jnp.where(is_trial & is_better, 0, r.tried)

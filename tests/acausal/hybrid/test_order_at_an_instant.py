@@ -7,7 +7,22 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Discrete, Equations, Events, Param, Scalar, Time, Var, at, eq, simulate, when
+from acausal import (
+    Component,
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Scalar,
+    Time,
+    Var,
+    at,
+    eq,
+    ifelse,
+    refuse,
+    simulate,
+    when,
+)
 
 READ = ("state", "steps", "counted", "algebraic")
 
@@ -112,3 +127,32 @@ class TimedTwice(Component):
 def test_a_condition_on_time_reads_the_values_before_a_simultaneous_event() -> None:
     final = simulate(TimedTwice(), 1.0, save="end").final
     assert (float(final.a), float(final.b)) == (12.0, 101.0)
+
+
+class Chain(Component):
+    """Each relation depends on the one before. Two events read the last value, and one refuses its other value."""
+
+    z: Var[Scalar, "1"] = 0.0
+    s: Var[Scalar, "1"] = 5.0
+    count: Discrete[Scalar, "1"] = 0.0
+    start: Discrete[Scalar, "1"] = 0.0
+    held: Discrete[Scalar, "1"] = -1.0
+
+    def equations(self, d: Self) -> Equations:
+        first = ifelse(self.count + self.start > 0.5, 1.0, 0.0)
+        second = ifelse(first > 0.5, 2.0, 0.0)
+        return dict(z=eq(self.z, ifelse(second > 1.0, 3.0, 0.0)), s=eq(d.s))
+
+    def events(self) -> Events:
+        return dict(
+            step=at(0.5, count=1.0),
+            read=when(self.count > 0.5, s=self.z, held=self.z),
+            never=refuse((self.count + self.start > 0.5) & (self.z < 2.0), "z is below 2"),
+        )
+
+
+def test_what_reads_values_of_relations_waits_for_all_of_them() -> None:
+    """So at the start of a run, where all relations begin with a guess, as at an event."""
+    for start in (0.0, 1.0):
+        final = simulate(Chain(start=start), 1.0, save="end").final
+        assert (final.s, final.held, final.z) == (3.0, 3.0, 3.0)
