@@ -170,3 +170,22 @@ def test_what_ends_a_run_has_its_place_and_message(text: str, message: str) -> N
     source = f"model A Real x(start = 0, fixed = true); equation der(x) = 1; {text} end A; model M A a; end M;"
     with pytest.raises(SimulationError, match=f"At t = 1 s: {message}"):
         simulate(load(source, "M"), 2.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ('Integer i = 1; Real y = if String(i) == "1" then 1 else 0;', ":1: a text that depends on variables is not"),
+        ('Boolean b = time > 0.5; Real y = if (if b then "x" else "y") == "x" then 1 else 0;', ":1: a text that dep"),
+        ('String s; Real y = if s == "a" then 1 else 0; equation s = "a";', "mo:1, M: the value of s is not known"),
+        ('String s; Real y = if s == "a" then 1 else 0; algorithm s := "a";', "mo:1, M: the value of s is not known"),
+    ],
+)
+def test_relations_of_texts_that_may_vary_are_refused(text: str, message: str) -> None:
+    with pytest.raises(ModelicaError, match=message):
+        simulate(load(f"model M {text} end M;", "M"), 1.0)
+
+
+def test_assertions_hold_at_the_start_for_the_values_of_if_expressions_there() -> None:
+    text = 'Real y = 3; Real x = if y > 0 then 1 else 5; equation assert(x < 3, "too large");'
+    assert simulate(load(f"model M {text} end M;", "M"), 1.0, save="end").final.x == 1.0

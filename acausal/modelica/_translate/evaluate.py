@@ -18,7 +18,7 @@ from .special_functions import SPECIAL
 from .subscripts import elements, position
 from .term_properties import is_harmless, only_discrete, reads_rates
 from .terms import Opaque, RecordOf, SlotValue
-from .values import Value, first, is_known, number, plain, select, stacked
+from .values import UnknownText, Value, first, is_known, number, plain, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -182,6 +182,8 @@ def _tuple(x: e.TupleOf, at: Scope) -> Value:
 
 def _text(x: e.Text, at: Scope) -> Value:
     value = evaluate(x.arg, at)
+    if not is_known(value):
+        return UnknownText("...")
     if isinstance(value, bool):
         return "true" if value else "false"
     return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -121,6 +121,12 @@ class KnownValues(Mapping[str, Value]):
         self._pending.add(name)
         try:
             stated = variable.start if variable.binding is None else variable.binding
+            if (
+                variable.type == "String"
+                and variable.binding is None
+                and variable.variability not in ("parameter", "constant")
+            ):
+                raise NotKnown(name)
             value = self._zero(variable) if stated is None else self.value(stated)
         finally:
             self._pending.discard(name)

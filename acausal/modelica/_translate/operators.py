@@ -6,7 +6,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
-from .values import Value, element_power, is_known, number, plain, power, product
+from .scope import NotKnown
+from .values import UnknownText, Value, element_power, is_known, number, plain, power, product
 
 
 def _quotient(a: Value, b: Value) -> Value:
@@ -50,7 +51,9 @@ def arithmetic(op: str, a: Value, b: Value) -> Value:
 
 
 def relation(op: str, a: Value, b: Value) -> Value:
-    """The truth of a relation."""
+    """The truth of a relation. Raises `NotKnown` for texts that depend on variables."""
+    if isinstance(a, UnknownText) or isinstance(b, UnknownText):
+        raise NotKnown("a text that depends on variables")
     if op in _ORDERS:
         a, b = number(a), number(b)
     return plain(RELATIONS[op](a, b))

@@ -90,7 +90,13 @@ class _Resolution:
         if variable is not None:
             if 0 in variable.dims:
                 return constant(np.zeros(variable.dims), name)
-            return constant(self.model.known.value_of(variable), name)
+            try:
+                return constant(self.model.known.value_of(variable), name)
+            except NotKnown as missing:
+                raise ModelError(
+                    f"the value of {name} is not known before a run, because it is a {variable.type}, which only a "
+                    "declaration or modifier with known values can give."
+                ) from missing
         return self._whole(self.model.known.tree.find(split(name)), name)
 
     def _whole(self, branch: PathTree[FlatVariable] | None, name: str) -> Any:

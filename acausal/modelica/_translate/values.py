@@ -16,6 +16,18 @@ from ..._errors import ModelError
 Value: TypeAlias = Any
 
 
+class UnknownText(str):
+    """A text that depends on variables, with dots in their place. Messages may show it; no relation can read it."""
+
+    __slots__ = ()
+
+    def __add__(self, other: str) -> "UnknownText":
+        return UnknownText(str.__add__(self, other))
+
+    def __radd__(self, other: str) -> "UnknownText":
+        return UnknownText(str.__add__(other, self))
+
+
 def is_known(value: Value) -> bool:
     """Whether a value is known while equations are translated."""
     return not isinstance(value, jax.Array)
@@ -54,6 +66,8 @@ def select(condition: Value, a: Value, b: Value) -> Value:
         return tuple(select(condition, x, y) for x, y in zip(a, b, strict=False))
     if a is b or b is None:
         return b
+    if isinstance(a, str):
+        return a if a == b else UnknownText("...")
     return jnp.where(condition, a, b)
 
 
