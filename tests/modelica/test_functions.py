@@ -466,3 +466,11 @@ def test_records_in_functions_start_with_the_values_of_their_modifiers() -> None
     assert value(library, "by_default") == 6.0
     with pytest.raises(ModelError, match="s is an array of records with modifiers, which is not supported"):
         _ = flat_model(RECORDS, "P.Several").functions["P.several"]
+
+
+def test_flexible_arrays_begin_empty() -> None:
+    text = """model M function f input Integer x[:]; output Integer y[:];
+        algorithm for i in 1:size(x, 1) loop if x[i] > 0 then y := cat(1, y, x[i:i]); end if; end for; end f;
+        parameter Integer a[:] = f({-2, 1, 0, 2}), b[:] = f({-1}); Integer n = size(b, 1); Real y = sum(a); end M;"""
+    functions = Library(flat_model(text, "M").functions)
+    assert [functions.call("f", (np.array(x),))[0].tolist() for x in ([-2, 1, 0, 2], [-1])] == [[1, 2], []]

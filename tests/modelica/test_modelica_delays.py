@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from acausal import replace, simulate
+from acausal import SimulationError, replace, simulate
 from acausal.modelica import load
 
 LOOP = """
@@ -57,3 +57,9 @@ def test_a_wave_is_reflected_at_both_ends_of_a_line() -> None:
     solution = simulate(load(LINE, "Line"), 8.0, save=times)
     assert solution["v2"] == pytest.approx([0.0, 2.0, 2.0, 0.0, 0.0, 2.0, 2.0], abs=1e-12)
     assert solution["i1"] == pytest.approx(np.array([1.0, 1.0, -1.0, -1.0, 1.0, 1.0, -1.0]) / 50.0, abs=1e-12)
+
+
+def test_an_assertion_reads_a_delay() -> None:
+    text = 'model M Real x = time; equation assert(delay(x, 0.5) < 0.3, "late"); end M;'
+    with pytest.raises(SimulationError, match=r"At t = 0\.8 s: assert .*: late"):
+        simulate(load(text, "M"), 1.0)

@@ -237,6 +237,11 @@ class _Flattening:
         if type_of(component.prototype).name != type_of(inner.prototype).name:
             raise component.error(f"{inner.path} is no {component.prototype.name}, as the outer component needs.")
         check_subtype(inner.prototype, component.prototype, component.error, "the class of the outer component")
+        stated, given = component.tree.dims, self.context.sizes(inner)
+        if len(stated) != len(given) or not (
+            any(isinstance(size, t.Whole) for size in stated) or same_dims(self.context.sizes(component), given)
+        ):
+            raise component.error(f"{inner.path} has size {written_dims(given)}, and the outer component another one.")
 
     def _declaration(self, component: ComponentElement) -> None:
         """Adds a variable, or the equation of a record."""

@@ -5,7 +5,8 @@ import pytest
 from numpy.testing import assert_allclose
 
 from acausal import replace, simulate
-from acausal.modelica import load
+from acausal.modelica import ModelicaError, load
+from acausal.modelica._frontend.flatten import flat_model
 
 MODEL = """
 model Plant
@@ -231,3 +232,22 @@ def test_a_parameter_that_selects_equations_still_follows() -> None:
 def test_equations_read_the_outer_value_directly(inner: str, declared: str, equations: str) -> None:
     assert height(declared, equations, INNER[inner]) == 3.0
     assert height(declared, equations, "inner System system; Tank tank;") == 1.0
+
+
+@pytest.mark.parametrize(
+    ("outer", "inner", "is_right"),
+    [
+        ("p", "p[2]", False),
+        ("p[2]", "p", False),
+        ("p[3]", "p[2]", False),
+        ("p[2]", "p[2]", True),
+        ("p[:]", "p[2]", True),
+    ],
+)
+def test_an_outer_array_has_the_size_of_the_inner_one(outer: str, inner: str, is_right: bool) -> None:
+    text = f"model A outer Real {outer}; end A; model M inner Real {inner}; A a; end M;"
+    if is_right:
+        flat_model(text, "M")
+    else:
+        with pytest.raises(ModelicaError, match="and the outer component another one"):
+            flat_model(text, "M")
