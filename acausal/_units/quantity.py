@@ -36,7 +36,7 @@ def written(text: str, where: str) -> tuple[float, str]:
     """
     found = _NUMBER.fullmatch(text)
     if found is None:
-        raise ParameterError(f"{where}: {text!r} is not a number, with or without a unit, such as '15 mm'.")
+        raise ParameterError(f"{where} must be a real number, with a unit as in '15 mm' or without, got {text!r}.")
     return float(found[1]), found[2]
 
 

@@ -72,8 +72,10 @@ if TYPE_CHECKING:
     from ._pipes import Segments as Segments
     from ._poppet import PoppetValve as PoppetValve
     from ._pressure_valves import BypassCompensator as BypassCompensator
+    from ._pressure_valves import ChargingValve as ChargingValve
     from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
     from ._pressure_valves import FlowControlValve as FlowControlValve
+    from ._pressure_valves import LaggingValve as LaggingValve
     from ._pressure_valves import PilotCheckValve as PilotCheckValve
     from ._pressure_valves import PilotedValve as PilotedValve
     from ._pressure_valves import PilotReliefValve as PilotReliefValve
@@ -101,6 +103,7 @@ if TYPE_CHECKING:
     from ._sources import Tank as Tank
     from ._spool_valves import FourWayValve as FourWayValve
     from ._spool_valves import PilotStage as PilotStage
+    from ._spool_valves import ProportionalReducingValve as ProportionalReducingValve
     from ._spool_valves import ProportionalValve as ProportionalValve
     from ._spool_valves import ServoValve as ServoValve
     from ._spool_valves import SixWayValve as SixWayValve

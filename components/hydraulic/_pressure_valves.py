@@ -1,42 +1,70 @@
 """Pressure-controlled valves: an opening x follows the balance of forces with a lag."""
 
 import abc
-from typing import Any, Self
+from collections.abc import Mapping
+from typing import Any, ClassVar, Self
 
 import jax.numpy as jnp
 
-from acausal import Equations, Param, Scalar, Var, eq, ifelse, nonnegative, positive, prefer
+from acausal import (
+    Discrete,
+    Equations,
+    Events,
+    Param,
+    Requirements,
+    Scalar,
+    Var,
+    eq,
+    ifelse,
+    nonnegative,
+    positive,
+    prefer,
+    require,
+    when,
+)
 
 from .._limit import limited, positive_part
 from ._interfaces import FluidPort
 from ._valves import Resistance, turbulent_flow
 
 
-class PilotedValve(Resistance, partial=True):
+class LaggingValve(Resistance, partial=True):
     """q = (x + leakage) K sqrt(dp), with K = rated_flow/sqrt(rated_drop) and tau dx/dt = target - x.
 
-    The target is the excess over the setting as a fraction of `band`, limited to 0 .. 1. The square root is smoothed at
-    zero as in `Orifice`. The lag represents mass and damping of spool and pilot. Not modelled: flow forces.
+    The square root is smoothed at zero as in `Orifice`. The lag represents mass and damping of spool and pilot. Not
+    modelled: flow forces.
     """
 
     rated_flow: Param[Scalar, "m3/s", positive]  # flow of the fully open valve
     rated_drop: Param[Scalar, "Pa", positive]  # pressure drop at rated_flow
-    band: Param[Scalar, "Pa", positive]  # pressure difference between closed and fully open
     tau: Param[Scalar, "s", positive] = 2e-3  # time constant of the opening
     leakage: Param[Scalar, "1", nonnegative] = 0.0  # opening of the closed valve
     transition_pressure: Param[Scalar, "Pa", positive] = 100.0  # width of the transition at zero pressure drop
     x: Var[Scalar, "1", prefer] = 0.0  # opening
 
     @abc.abstractmethod
-    def excess(self) -> Scalar:
-        """Pressure in excess of the setting in Pa."""
+    def target(self) -> Scalar:
+        """The opening that x follows, 0 .. 1."""
 
     def equations(self, d: Any) -> Equations:
         conductance = (limited(self.x, 0.0, 1.0) + self.leakage) * self.rated_flow / jnp.sqrt(self.rated_drop)
         return super().equations(d) | dict(
-            opening=eq(self.tau * d.x, limited(self.excess() / self.band, 0.0, 1.0) - self.x),
+            opening=eq(self.tau * d.x, self.target() - self.x),
             law=eq(self.q, turbulent_flow(self.dp, conductance, self.transition_pressure)),
         )
+
+
+class PilotedValve(LaggingValve, partial=True):
+    """The target is the pressure in excess of the setting as a fraction of `band`, limited to 0 .. 1."""
+
+    band: Param[Scalar, "Pa", positive]  # pressure difference between closed and fully open
+
+    @abc.abstractmethod
+    def excess(self) -> Scalar:
+        """Pressure in excess of the setting in Pa."""
+
+    def target(self) -> Scalar:
+        return limited(self.excess() / self.band, 0.0, 1.0)
 
 
 class PilotReliefValve(PilotedValve):
@@ -78,6 +106,36 @@ class UnloadingValve(PilotedValve):
 
     def equations(self, d: Self) -> Equations:
         return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+
+class ChargingValve(LaggingValve):
+    """Unloads a pump from a to b once an accumulator at the sensing port `pilot` is full, until it must be charged.
+
+    It opens fully if the pressure at the pilot exceeds `high`, and closes if it falls below `low`; both are events.
+    Put a check valve from a to the accumulator. See `LaggingValve`; `UnloadingValve` opens in proportion instead.
+    """
+
+    low: Param[Scalar, "Pa", nonnegative]  # cut-in pressure, below which it closes and the pump charges
+    high: Param[Scalar, "Pa", positive]  # cut-out pressure, above which it opens
+    is_open: Discrete[Scalar, "1"] = 0.0  # 1: the pump is unloaded
+    pilot: FluidPort = FluidPort()
+    mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"is_open": {0.0: "charges", 1.0: "unloads"}}
+
+    def requirements(self) -> Requirements:
+        return (require(self.low < self.high, "low must be smaller than high"),)
+
+    def target(self) -> Scalar:
+        return self.is_open
+
+    def equations(self, d: Self) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+    def events(self) -> Events:
+        is_open = self.is_open > 0.5
+        return dict(
+            unloads=when(~is_open & (self.pilot.p > self.high), is_open=1.0),
+            charges=when(is_open & (self.pilot.p < self.low), is_open=0.0),
+        )
 
 
 class PressureReducingValve(PilotedValve):

@@ -63,8 +63,12 @@ class Spool(MixedPart, partial=True):
             require(self.lap_return < 1.0, "lap_return must be below 1"),
         )
 
+    def _position(self) -> Scalar:
+        """Position of the spool, -1 .. 1."""
+        return self.u.value
+
     def _opening(self, sense: float, lap: Scalar) -> Scalar:
-        return (sense * self.u.value - lap) / (1.0 - lap)
+        return (sense * self._position() - lap) / (1.0 - lap)
 
     def _edge(self, dp: Scalar, opening: Scalar) -> Scalar:
         return self._flow(dp, limited(opening, 0.0, 1.0) + self.leakage)
@@ -74,8 +78,8 @@ class Spool(MixedPart, partial=True):
         return turbulent_flow(dp, conductance, self.transition_pressure)
 
 
-class ThreeWayValve(Spool):
-    """3/2 or proportional 3/3 valve: u > 0 connects p to a, u < 0 connects a to t."""
+class TwoEdges(Spool, partial=True):
+    """Two edges: a position above 0 connects p to a, one below 0 connects a to t."""
 
     q_pa: Var[Scalar, "m3/s"] = 0.0  # flow from p to a
     q_at: Var[Scalar, "m3/s"] = 0.0  # flow from a to t
@@ -83,7 +87,7 @@ class ThreeWayValve(Spool):
     t: FluidPort = FluidPort()
     a: FluidPort = FluidPort()
 
-    def equations(self, d: Self) -> Equations:
+    def equations(self, d: Any) -> Equations:
         supply, drain = self._opening(1.0, self.lap), self._opening(-1.0, self.lap_return)
         return super().equations(d) | dict(
             edge_pa=eq(self.q_pa, self._edge(self.p.p - self.a.p, supply)),
@@ -95,6 +99,52 @@ class ThreeWayValve(Spool):
 
     def _loss(self) -> Scalar:
         return (self.p.p - self.a.p) * self.q_pa + (self.a.p - self.t.p) * self.q_at
+
+
+class ThreeWayValve(TwoEdges):
+    """3/2 or proportional 3/3 valve: u > 0 connects p to a, u < 0 connects a to t."""
+
+
+class ProportionalReducingValve(TwoEdges):
+    """A proportional pressure-reducing and relieving valve, as for a clutch: u sets the pressure at a.
+
+    The force of the solenoid acts on the spool against the pressure at a, which is fed back to its end face. With the
+    position x of the spool, of which x > 0 connects p to a and x < 0 connects a to t,
+
+    p_set = pressure (u - dead_band)/(1 - dead_band), limited to 0 .. pressure,
+    d2x/dt2 + 2 D w dx/dt + w^2 x = w^2 (p_set - p_a)/band, limited to -w^2 .. w^2.
+
+    Static figures from the data sheet: `pressure` at full command, the dead band of the characteristic, and the flow of
+    an open edge. `band` is the change of pressure between no flow and an open edge, the slope of the characteristic
+    over flow. `w` and `D` follow from the step response without flow. See `Spool` for the edges: with positive laps,
+    both are closed around the set pressure. With a capacity C behind the valve, in m3/Pa, the pressure is stable if
+    K sqrt(dp)/(C band) < 2 D w, where K sqrt(dp) is the flow of an open edge; otherwise it oscillates, as a real valve
+    does. Source: Merritt, `Hydraulic Control Systems`, ch. 8, without flow forces.
+    """
+
+    pressure: Param[Scalar, "Pa", positive]  # pressure at a at full command, u = 1
+    band: Param[Scalar, "Pa", positive]  # error of the pressure at which an edge is fully open
+    dead_band: Param[Scalar, "1", nonnegative] = 0.0  # command up to which the set pressure is zero; below 1
+    w: Param[Scalar, "rad/s", positive] = 400.0  # corner frequency of the spool
+    D: Param[Scalar, "1", positive] = 0.8  # damping ratio of the spool
+    x: Var[Scalar, "1", prefer] = 0.0  # position of the spool, relative to its stroke
+    v: Var[Scalar, "1/s", prefer] = 0.0  # its speed
+
+    def requirements(self) -> Requirements:
+        return (*super().requirements(), require(self.dead_band < 1.0, "dead_band must be below 1"))
+
+    def _position(self) -> Scalar:
+        return self.x
+
+    def _set_pressure(self) -> Scalar:
+        return self.pressure * limited((self.u.value - self.dead_band) / (1.0 - self.dead_band), 0.0, 1.0)
+
+    def equations(self, d: Self) -> Equations:
+        target = limited((self._set_pressure() - self.a.p) / self.band, -1.0, 1.0)
+        return super().equations(d) | dict(
+            speed=eq(d.x, self.v),
+            balance=eq(d.v, self.w**2 * (target - self.x) - 2.0 * self.D * self.w * self.v),
+        )
 
 
 class FourEdges(Spool, partial=True):

@@ -55,10 +55,10 @@ WRONG: list[tuple[dict[str, Any], str]] = [
 # What is wrong whatever its numbers.
 UNFIT: list[tuple[dict[str, Any], str]] = [
     (dict(t1=None), "t1 must be a real number"),
-    (dict(t1="one"), "t1: 'one' is not a number, with or without a unit"),
+    (dict(t1="one"), "t1 must be a real number, with a unit as in '15 mm' or without, got 'one'"),
     (dict(t0=1j), "t0 must be a real number"),
     (dict(t1=np.ones(2)), r"t1 must be one number, got an array of shape \(2,\)"),
-    (dict(rtol="tight"), "rtol: 'tight' is not a number"),
+    (dict(rtol="tight"), "rtol must be a real number"),
     (dict(t1=quantity(1.0, "m")), "t1 is in s, but is given in m"),
     (dict(save="all"), "save='all' is not known"),
     (dict(save=0.05), "save must be an array of times"),

@@ -21,7 +21,8 @@ PUMP: dict[str, Any] = dict(displacement=1.3, J=0.7, liquid=OIL, losses=SCHLOESS
 SPOOL: dict[str, Any] = dict(
     rated_flow=1.3, rated_drop=0.7, lap=0.2, lap_return=-0.1, leakage=0.1, transition_pressure=0.6
 )
-PILOTED: dict[str, Any] = dict(rated_flow=1.3, rated_drop=0.7, band=0.8, tau=0.4, leakage=0.1, transition_pressure=0.6)
+LAGGING: dict[str, Any] = dict(rated_flow=1.3, rated_drop=0.7, tau=0.4, leakage=0.1, transition_pressure=0.6)
+PILOTED: dict[str, Any] = LAGGING | dict(band=0.8)
 GAS: dict[str, Any] = dict(capacity=0.8, resistance=0.6, volume=30.0, precharge=0.5, atmosphere=1.3)
 HOLE: dict[str, Any] = dict(area=0.4, liquid=OIL, transition_reynolds=2.0)
 CYLINDER: dict[str, Any] = dict(bore=1.3, rod=0.7, stroke=0.6, dead_a=3.0, dead_b=4.0, leakage=0.2)
@@ -45,6 +46,7 @@ FLUID: tuple[Component, ...] = (
     hydraulic.Chamber(volume=1.3, liquid=OIL, wall=0.1),
     hydraulic.Chamber(volume=1.3, liquid=LINEAR, wall=0.1),
     hydraulic.Cooler(resistance=0.7, UA=1.3, density=1.2, specific_heat=0.8),
+    hydraulic.ChargingValve(low=0.2, high=0.4, **LAGGING),
     hydraulic.CounterbalanceValve(pressure=0.4, ratio=1.3, **PILOTED),
     hydraulic.DecelerationValve(
         rated_flow=1.3, rated_drop=0.7, start=0.1, length=0.7, rate=0.4, leakage=0.1, transition_pressure=0.6
@@ -92,6 +94,7 @@ FLUID: tuple[Component, ...] = (
     hydraulic.PowerLimitedPump(tau=0.4, p_set=1.3, band=0.7, power=0.5, **PUMP),
     hydraulic.PressureCompensatedPump(tau=0.4, p_set=1.3, band=0.7, **PUMP),
     hydraulic.PressureReducingValve(pressure=0.4, **PILOTED),
+    hydraulic.ProportionalReducingValve(pressure=1.4, band=0.6, dead_band=0.1, w=1.3, D=0.4, **SPOOL),
     hydraulic.ProportionalValve(spool=blocks.SecondOrder(w=1.3, D=0.4), valve=hydraulic.FourWayValve(**SPOOL)),
     hydraulic.PurgeValve(rated_flow=1.3, rated_drop=0.7, threshold=0.2, band=0.8, transition_pressure=0.6),
     hydraulic.RipplingPump(ripple=0.2, pulses=0.3, **PUMP),

@@ -64,6 +64,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "GasAccumulator": GAS,
     "BandLimitedNoise": dict(sigma=1.0, f_min=1.0, f_max=2.0),
     "HBridge": dict(frequency=100.0),
+    "ChargingValve": dict(rated_flow=1.0, rated_drop=1.0, low=0.5, high=1.0),
     "Hysteresis": dict(low=-1.0, high=1.0),
     "MovingAverage": dict(period=1.0, n=2),
     "HeatExchanger": dict(UA=1.0, resistance_1=1.0, resistance_2=1.0, arrangement=hydraulic.CounterFlow()),

@@ -38,7 +38,8 @@ def test_what_is_no_number_is_refused(component: Component) -> None:
         for value in NO_NUMBERS:
             with pytest.raises(ParameterError) as caught:
                 replace(component, {path: value})
-            assert str(caught.value) == f"{path} must be a real number or an array of them, got {value!r}."
+            kind = ", with a unit as in '15 mm' or without" if isinstance(value, str) else " or an array of them"
+            assert str(caught.value) == f"{path} must be a real number{kind}, got {value!r}."
 
 
 @every_component

@@ -142,7 +142,7 @@ def test_wrong_names_are_told(free: Any, said: str) -> None:
         (("25 mm", "15 mm"), r"a\.bore: the lower bound must be below the upper one, got 25 to 15 mm"),
         ((0.02, 0.02), "must be below"),
         (("15 K", "25 mm"), r"a\.bore is in m.*given in"),
-        (("fifteen", 1.0), "'fifteen' is not a number, with or without a unit"),
+        (("fifteen", 1.0), "must be a real number, .* got 'fifteen'"),
         (("30 mm", "40 mm"), r"a\.bore is 20 mm, outside its bounds 30 to 40 mm"),
         ((0.01, 0.02, 0.03), "bounds must be a pair"),
         (0.02, "bounds must be a pair"),
