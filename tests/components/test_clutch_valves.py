@@ -75,7 +75,7 @@ def clutch(leak: float) -> Clutch:
 @pytest.mark.thorough
 def test_a_clutch_is_filled_and_emptied() -> None:
     run = simulate(clutch(1e-9), 0.5)
-    pressure = run.at(np.array([0.005, 0.19, 0.49])).chamber.p
+    pressure = np.asarray(run.at(np.array([0.005, 0.19, 0.49])).chamber.p)
     np.testing.assert_allclose(pressure[1], 10e5, atol=0.02e5)
     assert abs(pressure[0]) < 1e4
     assert abs(pressure[2]) < 1e4
