@@ -474,3 +474,15 @@ def test_flexible_arrays_begin_empty() -> None:
         parameter Integer a[:] = f({-2, 1, 0, 2}), b[:] = f({-1}); Integer n = size(b, 1); Real y = sum(a); end M;"""
     functions = Library(flat_model(text, "M").functions)
     assert [functions.call("f", (np.array(x),))[0].tolist() for x in ([-2, 1, 0, 2], [-1])] == [[1, 2], []]
+
+
+def test_loops_pass_through_arrays_of_records() -> None:
+    text = """record R Real x; Integer n; end R;
+        function f input R r[:]; output Real s = 0; output Integer n = 0; algorithm
+          for k in r loop s := s + k.x * k.n; n := n + 1; end for; s := s + sum(k.x for k in r); end f;
+        model M Real s; Integer n; equation (s, n) = f({R(time, 1), R(2, 3), R(4, 5)}); end M;"""
+    functions = Library(flat_model(text, "M").functions)
+    given = {"x": np.array([1.0, 2.0, 4.0]), "n": np.array([1, 3, 5])}
+    assert functions.call("f", (given,)) == (34.0, 3)
+    traced = jax.jit(lambda x: functions.call("f", ({**given, "x": x},))[0])
+    assert traced(given["x"]) == 34.0

@@ -18,7 +18,7 @@ from .special_functions import SPECIAL
 from .subscripts import elements, position
 from .term_properties import is_harmless, only_discrete, reads_rates
 from .terms import Opaque, RecordOf, SlotValue
-from .values import UnknownText, Value, first, is_known, number, plain, select, stacked
+from .values import UnknownText, Value, first, is_known, items_of, number, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -151,7 +151,7 @@ def _array(x: e.ArrayOf, at: Scope) -> Value:
 def _comprehension(x: e.Comprehension, at: Scope) -> Value:
     (name, over), *rest = x.indices
     body = e.Comprehension(x.body, tuple(rest)) if rest else x.body
-    return stacked([evaluate(body, at.knowing(**{name: plain(item)})) for item in evaluate(over, at)])
+    return stacked([evaluate(body, at.knowing(**{name: item})) for item in items_of(evaluate(over, at))])
 
 
 def _range(x: e.RangeOf, at: Scope) -> Value:

@@ -16,7 +16,7 @@ from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
 from .statement_terms import targets_of
 from .subscripts import by_axes
-from .values import Value, is_known, plain, select
+from .values import Value, is_known, items_of, select
 
 Status = Literal["on", "return"]  # no `break`: see breaks.py
 Names = dict[str, Value]
@@ -182,8 +182,8 @@ def _unrolled(statement: e.For, names: Names, at: Scope) -> e.Body:
     """The turns of a loop as statements one after the other."""
     (name, over), *rest = statement.indices
     body = (e.For(tuple(rest), statement.body),) if rest else statement.body
-    items = evaluate(over, _here(names, at))
-    return tuple(s for item in items for s in (e.Assign((e.Target(name),), e.Const(plain(item))), *body))
+    items = items_of(evaluate(over, _here(names, at)))
+    return tuple(s for item in items for s in (e.Assign((e.Target(name),), e.Const(item)), *body))
 
 
 def _breakable(statement: e.For | e.While, names: Names, at: Scope) -> Status:
@@ -202,8 +202,8 @@ def _breakable(statement: e.For | e.While, names: Names, at: Scope) -> Status:
 def _for(indices: Sequence[tuple[str, Any]], body: e.Body, names: Names, at: Scope) -> Status:
     (name, over), *rest = indices
     outer = names.get(name)
-    for item in evaluate(over, _here(names, at)):
-        names[name] = plain(item)
+    for item in items_of(evaluate(over, _here(names, at))):
+        names[name] = item
         status = _for(rest, body, names, at) if rest else execute(body, names, at)
         if status == "return":
             return status

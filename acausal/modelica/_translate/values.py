@@ -49,6 +49,14 @@ def stacked(values: Sequence[Value]) -> Value:
     return jnp.stack([jnp.asarray(value) for value in values])
 
 
+def items_of(value: Value) -> list[Value]:
+    """The elements of an array along its first dimension; records, of an array of records."""
+    if isinstance(value, dict):
+        fields = {name: items_of(item) for name, item in value.items()}
+        return [dict(zip(fields, row, strict=True)) for row in zip(*fields.values(), strict=True)]
+    return [plain(item) for item in value]
+
+
 def first(value: Value) -> Value:
     """Of several results of a function the first one."""
     return value[0] if isinstance(value, tuple) else value
