@@ -44,12 +44,12 @@ class Limits(NamedTuple):
 
 
 LIMITS = {
-    "clutch opening": Limits(1.2, 1.0, 0.4),
-    "sticking clutch": Limits(2.0, 1.5, 0.6),
+    "clutch opening": Limits(1.0, 0.6, 0.4),
+    "sticking clutch": Limits(2.5, 1.5, 0.6),
     "four clutches": Limits(3.0, 2.5, 1.0),
-    "coupled clutches": Limits(4.0, 3.0, 1.5),
-    "six-diode rectifier": Limits(3.0, 2.5, 1.0),
-    "servo of 36 states": Limits(4.0, None, 1.5),
+    "coupled clutches": Limits(3.0, 3.0, 0.6),
+    "six-diode rectifier": Limits(2.5, 2.5, 1.0),
+    "servo of 36 states": Limits(6.0, None, 1.5),
     "dual clutch": Limits(9.0, None, 1.0),
     "press axis": Limits(9.0, None, 1.0),
 }
