@@ -45,7 +45,7 @@ def with_known_derivatives(
         (leaves,), (changes,) = primals, tangents
         moving = tuple(i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero))
         is_small = sum(np.size(leaves[i]) for i in moving) <= FEW
-        if is_small and all(_is_real(leaves[i]) for i in moving) and not are_traced(leaves):
+        if is_small and all(is_real(leaves[i]) for i in moving) and not are_traced(leaves):
             with outside_transformations():
                 call = value_and_jacobian(leaves, moving)
                 found = None if call is None else call()
@@ -79,7 +79,7 @@ def value_and_jacobian_by_jax(
         found = jax.vmap(along)(jnp.eye(ends[-1])) if ends[-1] > 1 else _stacked(along(jnp.ones(1)))
         values, changes = (jax.tree.leaves(part) for part in found)
         results = jax.tree.map(lambda x: x[0], found[0])
-        return results, [change for value, change in zip(values, changes, strict=True) if _is_real(value)]
+        return results, [change for value, change in zip(values, changes, strict=True) if is_real(value)]
 
     return both
 
@@ -92,7 +92,7 @@ def _stacked(one: PyTree) -> PyTree:
 def tangents_of(values: PyTree, derivatives: Leaves, changes: Leaves) -> PyTree:
     """The tangents of results, from their derivatives and the tangents of the moving leaves."""
     products = iter(_products(changes, derivatives))
-    return jax.tree.map(lambda x: next(products) if _is_real(x) else np.zeros(np.shape(x), jax.dtypes.float0), values)
+    return jax.tree.map(lambda x: next(products) if is_real(x) else np.zeros(np.shape(x), jax.dtypes.float0), values)
 
 
 @jax.jit
@@ -101,5 +101,6 @@ def _products(changes: Leaves, derivatives: Leaves) -> list[Array]:
     return [jnp.tensordot(direction, derivative, 1).astype(derivative.dtype) for derivative in derivatives]
 
 
-def _is_real(x: Numbers) -> bool:
+def is_real(x: Numbers) -> bool:
+    """Whether a number can have a derivative."""
     return jnp.issubdtype(jnp.result_type(x), jnp.floating)

@@ -70,6 +70,17 @@ def test_arrays_and_batches(mode: str) -> None:
         np.testing.assert_allclose(a, b, rtol=1e-14)
 
 
+@pytest.mark.parametrize("mode", MODES)
+def test_a_result_does_not_depend_on_the_numbers_of_a_batch(mode: str) -> None:
+    """Its tangent is a product with those of all numbers, so it has the axis of the batch."""
+    function = differentiable(lambda arrays: (2.0 * arrays[0], jnp.sum(arrays[0]) * arrays[1]), not_called, 1)
+    each = jax.vmap(jax.jit(lambda x, y: jnp.append(*function([x, y]))[1:]), (None, 0))
+    x, y = jnp.array([0.3, 0.5]), jnp.array([1.0, 2.0, 3.0])
+    by_x, by_y = MODES[mode](each, argnums=(0, 1))(x, y)
+    np.testing.assert_allclose(by_x, [[[0.0, 2.0], [a, a]] for a in y], rtol=1e-14)
+    np.testing.assert_allclose(by_y, 0.8 * np.eye(3)[:, None] * [[0.0], [1.0]], rtol=1e-14)
+
+
 def test_where_many_numbers_vary_or_the_value_is_large_the_reversible_one_is_differentiated() -> None:
     x, y = jnp.asarray(1.5), jnp.asarray(0.7)
     with pytest.raises(WasCalled):

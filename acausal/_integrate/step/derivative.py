@@ -9,7 +9,7 @@ from jax import Array
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import PyTree
 
-from ..._interpret.known_derivatives import FEW, tangents_of, value_and_jacobian_by_jax
+from ..._interpret.known_derivatives import FEW, is_real, tangents_of, value_and_jacobian_by_jax
 from ..._jax_private import jaxpr_as_fun
 from ..._progress import differentiating
 from ..._reduce.jaxpr import DIFFERENTIATED
@@ -29,7 +29,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
     multiply by $J$. If many vary, or $J$ is large for a value of this `size`, `reversible` is differentiated.
     """
     quick = _traced_once(quick)
-    named = jax.jit(_named(quick, DIFFERENTIATED))
+    named = jax.jit(_named(lambda arrays: _mapped_together(quick(arrays), arrays), DIFFERENTIATED))
 
     @jax.custom_jvp
     def function(arrays: Arrays) -> PyTree:
@@ -56,6 +56,16 @@ def _named(function: Function, name: str) -> Function:
 
     named.__name__ = name
     return named
+
+
+def _mapped_together(results: PyTree, arguments: Arrays) -> PyTree:
+    """The same results. `jax.vmap` maps all real ones if it maps any argument.
+
+    Each tangent reads all arguments. jax mistakes the shape of a result that is not mapped if its tangent is, where it
+    differentiates a mapped `jax.custom_jvp` within `jax.jit`. The choice between equals costs XLA nothing.
+    """
+    either = jnp.any(jnp.stack([jnp.any(x != x) for x in arguments])) if arguments else np.asarray(False)
+    return jax.tree.map(lambda x: jax.lax.select_n(either, x, x) if is_real(x) else x, results)
 
 
 def _traced_once(function: Function) -> Function:
