@@ -92,6 +92,22 @@ def test_what_was_not_asked_for() -> None:
         _ = sol.integrals
 
 
+class Decay(Component):
+    """A state without energy."""
+
+    x: Var[Scalar, ""] = 1.0
+
+    def equations(self, d: Self) -> Equations:
+        return dict(decay=eq(d.x, -self.x, check_units=False))
+
+
+def test_an_account_of_nothing_within_jit() -> None:
+    """jax compares the structures of these two solutions, which have the same numbers."""
+    for energy in (False, True):
+        found = jax.jit(lambda x, energy=energy: simulate(Decay(x=x), END, save="end", energy=energy).final.x)(1.0)
+        np.testing.assert_allclose(found, np.exp(-END), rtol=1e-5)
+
+
 class Drive(Component):
     """A motor winds up a spring with a damper beside it."""
 

@@ -21,6 +21,7 @@ from ..setup.field import RunArgs
 from ..setup.options import sentences
 from ..setup.result import Result
 from ..setup.settings import Settings
+from ..setup.user_function import NOTHING
 from .solution import Solution
 from .unresolved import are_unresolved
 
@@ -125,8 +126,8 @@ def solution_of(settings: Settings, args: RunArgs, ending: Ending, kept: Kept) -
         _numbers={name: getattr(numbers, name) for name in ("t0", "t1", "rtol", "dt0", "dtmin", "dtmax")},
         _choices=settings.choices,
         _demands=sentences(system, numbers),
-        _peaks_tree=None if settings.peaks is None else settings.peaks.tree,
-        _integrals_tree=None if settings.integrand is None else settings.integrand.tree,
+        _peaks_tree=NOTHING if settings.peaks is None else settings.peaks.tree,
+        _integrals_tree=NOTHING if settings.integrand is None else settings.integrand.tree,
     )
 
 

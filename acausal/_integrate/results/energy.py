@@ -15,6 +15,7 @@ from ..._errors import unknown_part
 from ..._extras import Axes
 from ..._numbers import Numbers, Scalar
 from ..._reduce.flatten import children
+from ..setup.user_function import NOTHING
 from .over_run import OverRun
 from .trajectories import over_batch
 
@@ -128,7 +129,7 @@ def _cell(value: Numbers) -> str:
 
 def energy_of(solution: "Solution") -> EnergyAccount:
     """See `Solution.energy`."""
-    requested = {} if solution._integrals_tree is None else solution._integrals(solution._end_integrals)["energy"]
+    requested = {} if solution._integrals_tree == NOTHING else solution._integrals(solution._end_integrals)["energy"]
     integrals = requested or solution._integrals_over_run(powers, alike=True)
     before, after = stored(solution._view(*solution._start)), stored(solution.final)
     events = solution.system.events

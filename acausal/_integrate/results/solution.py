@@ -37,7 +37,7 @@ from ..loop.carry import StepRecord
 from ..programs.made_from import equations_of
 from ..setup.result import sentence
 from ..setup.state_vector import StateVector
-from ..setup.user_function import trace
+from ..setup.user_function import NOTHING, trace
 from .checked import checked
 from .columns import Item, columns, to_pandas, to_xarray
 from .energy import EnergyAccount, energy_of
@@ -93,8 +93,8 @@ class Solution(eqx.Module, Generic[M]):
     _numbers: dict[str, Array | None]  # numeric options of the run
     _choices: tuple[tuple[str, str | int | None], ...] = eqx.field(static=True)  # static options
     _demands: tuple[str, ...] = eqx.field(static=True)  # requirements on options
-    _peaks_tree: PyTreeDef | None = eqx.field(static=True)
-    _integrals_tree: PyTreeDef | None = eqx.field(static=True)
+    _peaks_tree: PyTreeDef = eqx.field(static=True)  # NOTHING if none were requested
+    _integrals_tree: PyTreeDef = eqx.field(static=True)
     _final: dict[int, Array] | None = None  # the values at the end, if they came with the run
 
     @property
@@ -224,14 +224,14 @@ class Solution(eqx.Module, Generic[M]):
         return self._integrals(self._saved(self._layout.integrals))["user"]
 
     def _integrals(self, columns: Array | np.ndarray) -> PyTree:
-        if self._integrals_tree is None:
+        if self._integrals_tree == NOTHING:
             raise ModelError("Only the states were integrated: pass integrals=... or energy=True to simulate.")
         return self._integrals_tree.unflatten([chosen(columns, (..., i)) for i in range(columns.shape[-1])])
 
     @property
     def peaks(self) -> PyTree:
         """Maxima over the run of the `peaks` of `simulate`, each a `Peak` with `value` and `time`."""
-        if self._peaks_tree is None:
+        if self._peaks_tree == NOTHING:
             raise ModelError("No peaks were requested: pass peaks=... to simulate.")
         n = self._peaks_tree.num_leaves
         values, times = self._peaks[..., :n], self._peaks[..., n:]

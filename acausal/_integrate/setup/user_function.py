@@ -57,6 +57,8 @@ class UserFunction:
         return list(jaxpr_as_fun(self.closed)(*constants, *values))
 
 
+NOTHING = jax.tree.structure(None)  # the result of no function: jax compares structures with structures only
+
 _traced: dict[Hashable, tuple[UserFunction, list[Numbers]]] = {}
 _MOST = 512  # largest number of cached traces
 
