@@ -1,4 +1,6 @@
-"""Tests for values that jax is tracing, and tangents in rules of `jax.custom_jvp`, which can be symbolic zeros."""
+"""Values that jax is tracing, functions traced once, and tangents in rules of `jax.custom_jvp`, which can be symbolic
+zeros.
+"""
 
 import contextlib
 from collections.abc import Callable

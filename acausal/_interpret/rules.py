@@ -506,12 +506,10 @@ def _svd(eqn: JaxprEqn) -> Function:
     shapes = [aval(var).shape for var in eqn.outvars]
 
     def svd(a: Value) -> list[Value]:
-        if not np.all(np.isfinite(a)):
+        u, values, v, info = scipy.linalg.lapack.dgesdd(a, compute_uv=p["compute_uv"], full_matrices=p["full_matrices"])
+        if info != 0:
             return [np.full(shape, np.nan) for shape in shapes]
-        if not p["compute_uv"]:
-            return [np.linalg.svd(a, compute_uv=False)]
-        u, values, v = np.linalg.svd(a, full_matrices=p["full_matrices"])
-        return [values, u, v]
+        return [values, *map(np.ascontiguousarray, (u, v))] if p["compute_uv"] else [values]
 
     return svd
 

@@ -583,7 +583,7 @@ def test_factors() -> None:
 
 def test_singular_values() -> None:
     wide, double = numbers(3, 5), partial(lax.linalg.svd, full_matrices=False)
-    shapes = (wide, wide.T, wide[:1, :1], wide * NAN, wide * 0.0)
+    shapes = (wide, wide.T, wide[:1, :1], wide * NAN, wide * INF, np.full((3, 3), INF), wide * 0.0)
     # Singular vectors are unique up to their signs, so the products with them are compared.
     cases: list[Case] = [(lambda a: (lambda u, s, v: ((u * s) @ v, s))(*double(a)), (a,)) for a in shapes]
     cases += [(partial(lax.linalg.svd, compute_uv=False), (a,)) for a in shapes]

@@ -59,5 +59,5 @@ def sentence(result: Any) -> str:
 def is_success(result: Any) -> Array | np.ndarray:
     """Whether a run reached its end time or met its stop condition. NumPy compares known results."""
     result = jax.tree.map(lambda x: x if is_traced(x) else np.asarray(x), result)
-    met = result == Result.reached_end, result == Result.stopped
-    return met[0] | met[1] if are_traced(met) else np.logical_or(*met)
+    is_end, is_stop = result == Result.reached_end, result == Result.stopped
+    return is_end | is_stop if are_traced(is_end, is_stop) else np.logical_or(is_end, is_stop)
