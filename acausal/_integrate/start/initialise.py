@@ -135,7 +135,7 @@ def initialised_leaves(
         new = {i: jnp.where(outcome.is_bad, before[i], new[i]) if i < len(leaves) else new[i] for i in new}
         failed = jnp.asarray(outcome.is_bad, float)
     else:
-        failed = jnp.asarray(np.zeros(()))
+        failed = jnp.asarray(np.zeros(()))  # as NumPy's, it needs no program of XLA
     found = [new.get(i, leaf) for i, leaf in enumerate(leaves)]
     found += [new[i] for i in range(len(leaves), len(system.flat.leaves))]
     for i in leaves_of_unknowns(system, problem.given, problem.given_unknowns):

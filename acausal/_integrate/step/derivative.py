@@ -10,10 +10,9 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import PyTree
 
 from ..._interpret.known_derivatives import FEW, is_real, tangents_of, value_and_jacobian_by_jax
-from ..._jax_private import jaxpr_as_fun
 from ..._progress import differentiating
 from ..._reduce.jaxpr import DIFFERENTIATED
-from ..._tracing import pushed
+from ..._tracing import pushed, traced_once
 
 Arrays = list[Array]
 Function = Callable[[Arrays], PyTree]
@@ -28,7 +27,7 @@ def differentiable(quick: Function, reversible: Function, size: int) -> Function
     slowly. If few inputs vary, `quick` computes the Jacobian $J$ as one batch together with the value, and both modes
     multiply by $J$. If many vary, or $J$ is large for a value of this `size`, `reversible` is differentiated.
     """
-    quick = _traced_once(quick)
+    quick = _traced_by_kinds(quick)
     named = jax.jit(_named(lambda arrays: _mapped_together(quick(arrays), arrays), DIFFERENTIATED))
 
     @jax.custom_jvp
@@ -68,15 +67,14 @@ def _mapped_together(results: PyTree, arguments: Arrays) -> PyTree:
     return jax.tree.map(lambda x: jax.lax.select_n(either, x, x) if is_real(x) else x, results)
 
 
-def _traced_once(function: Function) -> Function:
+def _traced_by_kinds(function: Function) -> Function:
     """The function, traced once for each set of argument shapes. Its value and its derivatives share the trace."""
     programs: dict[object, Function] = {}
 
     def program(arrays: Arrays) -> PyTree:
         kinds = tuple((np.shape(x), jnp.result_type(x)) for x in arrays)
         if kinds not in programs:
-            closed, shapes = jax.make_jaxpr(function, return_shape=True)(arrays)
-            programs[kinds] = lambda arrays: jax.tree.structure(shapes).unflatten(jaxpr_as_fun(closed)(*arrays))
+            programs[kinds], _ = traced_once(function, arrays)
         return programs[kinds](arrays)
 
     return program
