@@ -129,7 +129,7 @@ def test_type_checkers_know_what_constructors_take() -> None:
     with pytest.raises(ArgumentError):
         Resistor(R=1.0, r=1.0)  # pyright: ignore[reportCallIssue]
     with pytest.raises(ParameterError):
-        Resistor(R="1")  # pyright: ignore[reportArgumentType]
+        Resistor(R="one")  # pyright: ignore[reportArgumentType]
 
 
 def class_names(folder: Path, *, without: Path | None = None) -> list[str]:

@@ -243,7 +243,7 @@ def test_models_with_sizes_are_models() -> None:
         (lambda: Resistor(R=1.0, nominal=dict(V=1.0)), ModelError, "no variable 'V'"),
         (lambda: Resistor(R=1.0, nominal=dict(v=-1.0)), ModelError, r"size of v must be a positive number \(unit V\)"),
         (lambda: Resistor(R=1.0, nominal=dict(v=np.inf)), ModelError, "size of v must be a positive number"),
-        (lambda: Resistor(R=1.0, nominal=dict(v="1")), ModelError, r"must be a positive number .*, got '1'"),
+        (lambda: Resistor(R=1.0, nominal=dict(v="one")), ParameterError, r"must be a real number, .*, got 'one'"),
         (lambda: Resistor(R=1.0, nominal=1.0), ModelError, "is not a dictionary of sizes by name"),  # pyright: ignore[reportArgumentType]
         (lambda: Resistor(R=1.0, nominal=dict(v=quantity(1.0, "A"))), ParameterError, "v is in V"),
         (lambda: jax.jit(lambda v: sized(circuit(), {"c.v": v}).r.R)(1.0), ModelError, "must be a plain number"),

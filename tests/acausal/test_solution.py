@@ -123,9 +123,9 @@ def test_a_solution_is_read_by_path(charge: Solution, name: Any) -> None:
         charge[name]
 
 
-@pytest.mark.parametrize("t", ["0.1", None, 1j])
+@pytest.mark.parametrize("t", ["soon", None, 1j])
 def test_a_time_is_a_number(charge: Solution, t: Any) -> None:
-    with pytest.raises(ParameterError, match="t must be a real number or an array of them"):
+    with pytest.raises(ParameterError, match="t must be a real number"):
         charge.at(t)
     np.testing.assert_array_equal(charge.at(quantity(100.0, "ms")).c.v, charge.at(0.1).c.v)
 

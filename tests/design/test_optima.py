@@ -202,7 +202,7 @@ def test_picture_has_a_panel_each_for_objective_variables_and_margins() -> None:
         (dict(constraints={"a": lambda m: m.time}), "a: a constraint must be a function and a limit"),
         (dict(constraints={"a": (lambda m: m.time, "below 3")}), "'below 3' is not a limit"),
         (dict(constraints={"a": (lambda m: m.time, "<= 3 furlong/moon")}), "the unit 'furlong/moon' is not known"),
-        (dict(constraints={"a": (lambda m: m.time, "<= x")}), "'x' is not a number"),
+        (dict(constraints={"a": (lambda m: m.time, "<= x")}), "a must be a real number, .* got 'x'"),
         (dict(constraints={"a": (lambda m: m.time, "<= inf s")}), "a: a limit must be finite, got '<= inf s'"),
         (dict(constraints=[(lambda m: m.time, "<= 3 s")]), "constraints must be a dictionary of limits by name"),
         (dict(scenarios={}), "scenarios must be a dictionary of at least one change by name"),

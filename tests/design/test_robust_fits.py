@@ -148,9 +148,11 @@ def test_density_is_that_of_the_loss() -> None:
 def test_what_is_refused() -> None:
     with pytest.raises(ParameterError, match=r"loss must be linear, soft_l1 or huber, got 'cauchy'. Losses that"):
         fitted(data(6), "cauchy")
-    for scale in (0.0, -1.0, np.inf, "1", True):
+    for scale in (0.0, -1.0, np.inf, True):
         with pytest.raises(ParameterError, match=r"f_scale must be a positive number of standard deviations"):
             fitted(data(6), "huber", f_scale=scale)
+    with pytest.raises(ParameterError, match="f_scale must be a real number"):
+        fitted(data(6), "huber", f_scale="one")
     with pytest.raises(ModelError, match=r"no profile likelihood with the loss huber.* Use the interval"):
         fitted(data(6), "huber").profile("rate")
     two = Experiment(lambda m: {"y": jnp.stack([m.size, m.rate])}, {"y": [1.0, 1.0]}, {"y": 1.0})

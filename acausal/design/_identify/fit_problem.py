@@ -44,7 +44,7 @@ class Loss(eqx.Module):
                 f"loss must be {', '.join(NAMES[:-1])} or {NAMES[-1]}, got {name!r}. Losses that are not convex, such "
                 "as cauchy and arctan, are not offered: the estimates would depend on the start."
             )
-        number = magnitude(scale, "1")
+        number = magnitude(scale, "1", "f_scale")
         if isinstance(number, bool) or not isinstance(number, int | float | np.floating) or not 0.0 < number < np.inf:
             raise ParameterError(f"f_scale must be a positive number of standard deviations of the noise, got {scale}.")
         return cls(name, jnp.asarray(float(number)))
