@@ -86,7 +86,7 @@ def given_arguments(node: object) -> Mapping[str, object] | None:
 def as_parameter(value: Any, *, unit: str, where: str) -> Array:
     """An array of floats in double precision, in `unit`; an integer would break differentiation.
 
-    Raises `ParameterError` for anything except real numbers and arrays of them.
+    Raises `ParameterError` for anything except real numbers, arrays of them, and texts such as "15 mm".
     """
     value = magnitude(value, unit, where)
     if isinstance(value, float | int):

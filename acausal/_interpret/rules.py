@@ -476,9 +476,13 @@ def _triangular_solve(eqn: JaxprEqn) -> Function:
     return lambda a, b: np.ascontiguousarray(solve(1.0, conjugated(a), b, **options))
 
 
+def _is_double_matrix(eqn: JaxprEqn) -> bool:
+    return len(_shape(eqn)) == 2 and 0 not in _shape(eqn) and _dtype(eqn) == np.float64
+
+
 @rule("lu")
 def _lu(eqn: JaxprEqn) -> Function:
-    if len(_shape(eqn)) != 2 or 0 in _shape(eqn) or _dtype(eqn) != np.float64:
+    if not _is_double_matrix(eqn):
         raise NotImplementedError
     (factor,) = scipy.linalg.get_lapack_funcs(("getrf",), dtype=np.float64)
 
@@ -492,10 +496,6 @@ def _lu(eqn: JaxprEqn) -> Function:
         return [np.ascontiguousarray(lu), pivots.astype(np.int32), order.astype(np.int32)]
 
     return factors
-
-
-def _is_double_matrix(eqn: JaxprEqn) -> bool:
-    return len(_shape(eqn)) == 2 and 0 not in _shape(eqn) and _dtype(eqn) == np.float64
 
 
 @rule("svd")

@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 from jax.custom_derivatives import SymbolicZero
+from jax.flatten_util import ravel_pytree
 from jaxtyping import PyTree
 
 from ..._interpret.known_derivatives import FEW, is_real, tangents_of, value_and_jacobian_by_jax
@@ -61,9 +62,10 @@ def _mapped_together(results: PyTree, arguments: Arrays) -> PyTree:
     """The same results. `jax.vmap` maps all real ones if it maps any argument.
 
     Each tangent reads all arguments. jax mistakes the shape of a result that is not mapped if its tangent is, where it
-    differentiates a mapped `jax.custom_jvp` within `jax.jit`. The choice between equals costs XLA nothing.
+    differentiates a mapped `jax.custom_jvp` within `jax.jit`. So a truth that reads them chooses between equals.
     """
-    either = jnp.any(jnp.stack([jnp.any(x != x) for x in arguments])) if arguments else np.asarray(False)
+    numbers = ravel_pytree(arguments)[0]
+    either = jnp.any(numbers != numbers)
     return jax.tree.map(lambda x: jax.lax.select_n(either, x, x) if is_real(x) else x, results)
 
 
