@@ -74,6 +74,7 @@ if TYPE_CHECKING:
     from ._pressure_valves import BypassCompensator as BypassCompensator
     from ._pressure_valves import ChargingValve as ChargingValve
     from ._pressure_valves import CounterbalanceValve as CounterbalanceValve
+    from ._pressure_valves import ExternallyPilotedValve as ExternallyPilotedValve
     from ._pressure_valves import FlowControlValve as FlowControlValve
     from ._pressure_valves import LaggingValve as LaggingValve
     from ._pressure_valves import PilotCheckValve as PilotCheckValve

@@ -54,8 +54,20 @@ class LaggingValve(Resistance, partial=True):
         )
 
 
+class ExternallyPilotedValve(LaggingValve, partial=True):
+    """A `LaggingValve` with a port that senses the pressure of another line, without flow."""
+
+    pilot: FluidPort = FluidPort()
+
+    def equations(self, d: Any) -> Equations:
+        return super().equations(d) | dict(senses=eq(self.pilot.q))
+
+
 class PilotedValve(LaggingValve, partial=True):
-    """The target is the pressure in excess of the setting as a fraction of `band`, limited to 0 .. 1."""
+    """A `LaggingValve` that opens in proportion to a pressure in excess of its setting.
+
+    The target of its opening is the excess as a fraction of `band`, limited to 0 .. 1.
+    """
 
     band: Param[Scalar, "Pa", positive]  # pressure difference between closed and fully open
 
@@ -91,7 +103,7 @@ class SequenceValve(PilotedValve):
         return self.a.p - self.pressure
 
 
-class UnloadingValve(PilotedValve):
+class UnloadingValve(ExternallyPilotedValve, PilotedValve):
     """Opens from a to b, to unload a pump, if the pressure at the sensing port `pilot` exceeds `pressure`.
 
     With a check valve from a to the pilot, the larger of two pumps is unloaded to the tank while the smaller one holds
@@ -99,16 +111,12 @@ class UnloadingValve(PilotedValve):
     """
 
     pressure: Param[Scalar, "Pa", nonnegative]  # pressure at the pilot at which it begins to open
-    pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
         return self.pilot.p - self.pressure
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(senses=eq(self.pilot.q))
 
-
-class ChargingValve(LaggingValve):
+class ChargingValve(ExternallyPilotedValve):
     """Unloads a pump from a to b once an accumulator at the sensing port `pilot` is full, until it must be charged.
 
     It opens fully if the pressure at the pilot exceeds `high`, and closes if it falls below `low`; both are events.
@@ -118,7 +126,6 @@ class ChargingValve(LaggingValve):
     low: Param[Scalar, "Pa", nonnegative]  # cut-in pressure, below which it closes and the pump charges
     high: Param[Scalar, "Pa", positive]  # cut-out pressure, above which it opens
     is_open: Discrete[Scalar, "1"] = 0.0  # 1: the pump is unloaded
-    pilot: FluidPort = FluidPort()
     mode_names: ClassVar[Mapping[str, Mapping[float, str]]] = {"is_open": {0.0: "charges", 1.0: "unloads"}}
 
     def requirements(self) -> Requirements:
@@ -126,9 +133,6 @@ class ChargingValve(LaggingValve):
 
     def target(self) -> Scalar:
         return self.is_open
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(senses=eq(self.pilot.q))
 
     def events(self) -> Events:
         is_open = self.is_open > 0.5
@@ -150,7 +154,7 @@ class PressureReducingValve(PilotedValve):
         return self.pressure - self.b.p
 
 
-class CounterbalanceValve(PilotedValve):
+class CounterbalanceValve(ExternallyPilotedValve, PilotedValve):
     """Holds a load at a until p_a + ratio p_x exceeds `pressure`; x is the pilot, from the other side of the cylinder.
 
     To raise the load, put a `CheckValve` from b to a in parallel. See `PilotedValve`.
@@ -158,16 +162,12 @@ class CounterbalanceValve(PilotedValve):
 
     pressure: Param[Scalar, "Pa", positive]  # load pressure at which it begins to open without pilot pressure
     ratio: Param[Scalar, "1", nonnegative]  # pilot area over the area on which the load pressure acts
-    pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
         return self.a.p + self.ratio * self.pilot.p - self.pressure
 
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(senses=eq(self.pilot.q))
 
-
-class PilotCheckValve(PilotedValve):
+class PilotCheckValve(ExternallyPilotedValve, PilotedValve):
     """A pilot-operated check valve, open from a to b, and both ways if p_a - p_b + ratio (p_x - p_a)+ > cracking.
 
     ( )+ is 0 below zero, because the pilot piston can only push the poppet. See `PilotedValve`.
@@ -175,14 +175,10 @@ class PilotCheckValve(PilotedValve):
 
     cracking: Param[Scalar, "Pa", nonnegative]  # cracking pressure of the spring
     ratio: Param[Scalar, "1", nonnegative]  # pilot piston area over seat area
-    pilot: FluidPort = FluidPort()
 
     def excess(self) -> Scalar:
         push = self.pilot.p - self.a.p
         return self.dp + self.ratio * positive_part(push) - self.cracking
-
-    def equations(self, d: Self) -> Equations:
-        return super().equations(d) | dict(senses=eq(self.pilot.q))
 
 
 class BypassCompensator(PilotedValve):

@@ -119,7 +119,7 @@ class ProportionalReducingValve(TwoEdges):
     over flow. `w` and `D` follow from the step response without flow. See `Spool` for the edges: with positive laps,
     both are closed around the set pressure. With a capacity C behind the valve, in m3/Pa, the pressure is stable if
     K sqrt(dp)/(C band) < 2 D w, where K sqrt(dp) is the flow of an open edge; otherwise it oscillates, as a real valve
-    does. Source: Merritt, `Hydraulic Control Systems`, ch. 8, without flow forces.
+    does. This is Routh's condition for the linear loop of spool and capacity. Not modelled: flow forces.
     """
 
     pressure: Param[Scalar, "Pa", positive]  # pressure at a at full command, u = 1

@@ -142,6 +142,7 @@ VALVES = {
     "PilotedValve": RELIEF,
     "PilotReliefValve": RELIEF + Symbol(0, 0, {}, solid="M24 54h8l-4-7z"),
     "SequenceValve": _pressure(37, INLET + DRAIN, "M22 12L38 2"),
+    "ExternallyPilotedValve": _pressure(37, "M30 60v-15", "M22 12L38 2", **PILOT),
     "UnloadingValve": _pressure(37, "M30 60v-15", "M22 12L38 2", **PILOT),
     "ChargingValve": _pressure(37, "M30 60v-15", "M22 12L38 2", **PILOT),
     "CounterbalanceValve": _pressure(37, "M30 60v-15M8 30v24h22", "M22 12L38 2", **PILOT),

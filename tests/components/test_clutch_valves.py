@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Connections, ParameterError, connect, quantity, replace, simulate
+from acausal import Component, Connections, ParameterError, connect, initialise, linearise, quantity, replace, simulate
 from acausal.testing import check_law
 from components.blocks import TimeSeries
 from components.hydraulic import (
@@ -99,6 +99,18 @@ def test_the_filling_is_differentiable_by_the_band() -> None:
     slope = jax.grad(filled)(jnp.asarray(1e5))
     difference = (filled(1.01e5) - filled(0.99e5)) / 2e3
     np.testing.assert_allclose(slope, difference, rtol=1e-3)
+
+
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_the_condition_of_stability(share: float) -> None:
+    """K sqrt(dp)/(C band) at this share of 2 D w, with so small a leak that it damps next to nothing."""
+    flow = 2e-4 * np.sqrt(20e5 / 5e5)  # of an open edge, from 30 bar to the set pressure of 10 bar
+    capacity = flow / (1e5 * share * 2.0 * 0.8 * 400.0)
+    start = replace(clutch(1e-12), {"command.values": np.full(6, 0.6), "chamber.wall": capacity / 2e-4 - 1e-9})
+    steady = initialise(start, steady=True)
+    assert steady.chamber.p == pytest.approx(10e5, rel=1e-3)
+    growth = np.max(np.real(linearise(steady).poles))
+    assert (growth > 0) == (share > 1.0), growth
 
 
 def test_a_dead_band_of_the_whole_command() -> None:
