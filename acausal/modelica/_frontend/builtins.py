@@ -56,6 +56,8 @@ _OUTSIDE_FUNCTIONS = (
     "subSample", "superSample", "shiftSample", "backSample", "interval", "firstTick", "inStream", "actualStream",
     "cardinality", "isRoot", "rooted",
 )  # fmt: skip
+_TINY = float(np.nextafter(0, 1))
+_DOMAINS = {"asin": (-1, 1), "acos": (-1, 1), "sqrt": (0, np.inf), "log": (_TINY, np.inf), "log10": (_TINY, np.inf)}
 _REAL = "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split()
 
 
@@ -115,6 +117,11 @@ def _need(
 
 def _real(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     _need(here, name, x, args[0])
+    low, high = _DOMAINS.get(name, (-np.inf, np.inf))
+    if isinstance(x.args[0], t.Literal | t.Unary) and args[0].variability == CONSTANT and not args[0].dims:
+        value = here.context.value(args[0].x)
+        if not low <= value <= high:
+            raise here.error(x.at, f"`{name}` is not defined for {value}.")
     return _made(name, args, REAL, args[0].dims)
 
 
@@ -468,6 +475,11 @@ def _semilinear(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 
 def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+    if len(args) == 3 and args[1].variability <= PARAMETER:
+        with contextlib.suppress(NotKnown):
+            time, limit = here.context.value(args[1].x), here.context.value(args[2].x)
+            if time > limit:
+                raise here.error(x.at, f"the delay {time} is greater than its limit {limit}.")
     return _made(name, args, args[0].type, args[0].dims, args[0].variability)
 
 

@@ -85,6 +85,10 @@ def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     values = bound + [arg for arg in ordered if arg.type.name != "function"]
     lifted = _lifted(here, inputs, given, x)
     outputs = [one for one in instance.components() if one.causality == "output"]
+    if lifted and len(outputs) != 1:
+        raise here.error(
+            x.at, f"{instance.name} has {len(outputs)} results, and cannot be called with arrays for scalars."
+        )
     variability = max((arg.variability for arg in values), default=CONSTANT)
     if instance.tree.is_impure:
         variability = max(variability, 2)

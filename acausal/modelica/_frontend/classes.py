@@ -454,6 +454,12 @@ class Instance:
                 first = element.type.parts[0]
                 if first in found and first not in self.own and not element.type.is_global:
                     raise self.error(element.at, f"{self.name} inherits {first}, which is not the one that it extends.")
+        alone = next((one for one in self._bases if one.type_causality or any(one.type_dims())), None)
+        if alone is not None and (len(self._bases) > 1 or any(isinstance(one, t.Component) for one in body.elements)):
+            raise self.error(
+                self.tree.at,
+                f"{self.name} extends {alone.name}, which has a size or a prefix, and can have nothing else.",
+            )
         for name, modifier in redeclared.items():
             if name not in found:
                 raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
@@ -620,11 +626,15 @@ class Instance:
             raise self.error(named[1].at, f"{self.name} imports {name} twice.")
         for clause in named:
             parts = clause.name.parts if clause.alias else (*clause.name.parts, name)
-            return self.top.find_path(parts, self, clause.at)
+            found = self.top.find_path(parts, self, clause.at)
+            if len(parts) > 1:
+                self.top.check_package(self.top.find_path(parts[:-1], self, clause.at), self, clause.at)
+            return found
         several: list[ClassElement | ComponentElement] = []
         for clause in imports:
             if clause.names is None:
                 package = self.top.find_path(clause.name.parts, self, clause.at)
+                self.top.check_package(package, self, clause.at)
                 found = package.instance.elements.get(name) if isinstance(package, ClassElement) else None
                 if found is not None and not found.is_protected:
                     several.append(found)
@@ -881,6 +891,11 @@ class Top:
                 raise user.error(at, f"{part} is protected in {'.'.join(parts[:i])}, and cannot be imported.")
             found = inner
         return found
+
+    def check_package(self, found: "ClassElement | ComponentElement", user: Instance, at: int) -> None:
+        """Raises `TextError` for an import from something else than a package (section 13.2.1.1)."""
+        if not isinstance(found, ClassElement) or found.instance.kind not in ("package", "operator", "class"):
+            raise user.error(at, f"{found.name} is no package, and nothing can be imported from it.")
 
     def unknown(self, parts: tuple[str, ...], user: Instance, at: int, message: str, source: Source) -> TextError:
         """The error for a name that is not found, with a suggestion, or the library that is missing and its version."""

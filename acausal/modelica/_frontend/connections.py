@@ -323,9 +323,9 @@ class Connections:
             raise error(
                 f"{first.name} is an {own.causality or other.causality}, but {second.name} is neither input nor output."
             )
-        fixed = [one.variability in ("constant", "parameter") for one in (own, other)]
+        fixed = [one.variability if one.variability in ("constant", "parameter") else "" for one in (own, other)]
         if fixed[0] != fixed[1]:
-            raise error(f"{left.name} and {right.name} do not match: only one is a parameter or constant.")
+            raise error(f"{left.name} and {right.name} do not match: only one is a {fixed[0] or fixed[1]}.")
         if fixed[0]:
             self.equal.append((left, right))
         dims = [n or 0 for n in self.context.sizes(own)][len(i) :]

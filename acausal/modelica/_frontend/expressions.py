@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from .._syntax import expressions as e
 from .._translate.scope import NotKnown
-from . import builtins, calls, operator_records, references
+from . import builtins, calls, operator_records, references, restrictions
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance
 from .operators import binary, unary
@@ -122,8 +122,10 @@ class Expressions:
         if first.name == "time" and not ref.is_global and self.scope.find("time") is None:
             if len(ref.parts) > 1 or first.subs:
                 raise self.error(ref.at, "`time` is a scalar.")
-            if self.scope.whole.is_function:
-                raise self.error(ref.at, "`time` is not allowed in functions.")
+            if not restrictions.has_time(self.scope):
+                raise self.error(
+                    ref.at, f"`time` is allowed in models and blocks, not in the {self.scope.kind} {self.scope.name}."
+                )
             return _TIME
         found = references.find(self, ref)
         if isinstance(found, Typed):

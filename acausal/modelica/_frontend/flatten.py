@@ -10,6 +10,7 @@ import numpy as np
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, SourcePlace
 from .._translate.scope import NotKnown
+from . import restrictions
 from . import tree as t
 from .algorithms import Statements, targets
 from .classes import ComponentElement, Instance, Top, check_subtype, join
@@ -252,6 +253,7 @@ class _Flattening:
 
     def _check_class(self, component: ComponentElement) -> None:
         instance = component.prototype
+        restrictions.check_declaration(component)
         if instance.element.is_partial:
             raise component.error(f"{component.name} is of the partial class {instance.name}.")
         is_empty = instance.kind == "type" and type_of(instance).name == "component"
@@ -308,6 +310,11 @@ class _Flattening:
             raise component.error(f"{component.name} is a {connection} variable, and cannot be a {variability}.")
         if kind.name == "enumeration" and not component.prototype.literals:
             raise component.error(f"{component.name} is of an enumeration without literals, which must be redeclared.")
+        if connection and kind != REAL:
+            raise component.error(
+                f"{component.name} is a {connection} variable, and must be a Real, not of type {kind}."
+            )
+        self._check_block(component)
         if variability == "constant" and binding is not None and kind == REAL:
             self._check_finite(component)
 
@@ -359,6 +366,20 @@ class _Flattening:
             )
         if around is not None and component.prefix("connection") and around.connection:
             raise component.error(f"{component.name} and {around.name} around it are both flows or streams.")
+
+    def _check_block(self, component: ComponentElement) -> None:
+        """Raises `TextError` for a variable without a direction in a connector of a block (section 4.7)."""
+        if component.causality or component.variability in ("constant", "parameter"):
+            return
+        around = component
+        while around.prototype.kind != "connector" or _in_connector(around):
+            if around.parent is None:
+                return
+            around = around.parent
+        if around.holder.kind == "block" and not around.is_protected:
+            raise component.error(
+                f"{component.path} in a connector of the block {around.holder.name} is no input or output."
+            )
 
     def _check_finite(self, component: ComponentElement) -> None:
         """Raises `TextError` for a constant whose value is not a number, as `log(-1)` is not."""

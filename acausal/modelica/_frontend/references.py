@@ -82,6 +82,12 @@ def find(here: "Expressions", ref: t.Reference, *, is_call: bool = False) -> Cha
         if isinstance(inner, ClassElement):
             if not is_call:
                 raise here.error(part.at, f"{part.name} is a class in the component {found.name}, and no component.")
+            if any(one.tree.dims for one in components):
+                raise here.error(
+                    part.at, f"{found.name} is an array, through which the function {part.name} cannot be called."
+                )
+            for one in components:
+                _check_unconditional(here, one, ref.at)
             return _in_class(here, inner, ref, i)
         found = inner
         components.append(found)
@@ -242,6 +248,7 @@ class _Global:
         """The value of the components from one on, which is a member of the one before."""
         context = self.here.context
         component = _inner(self.here, component, self.at)
+        _check_unconditional(self.here, component, self.at)
         if not context.is_present(component):
             raise self.here.error(self.at, f"{component.path} is not in the model, because its condition is false.")
         sizes = context.sizes(component)
@@ -315,6 +322,11 @@ class _Global:
         except NotKnown:
             return None
         return [int(i) for i in value] if hasattr(value, "__len__") else None
+
+
+def _check_unconditional(here: "Expressions", component: ComponentElement, at: int) -> None:
+    if component.condition is not None:
+        raise here.error(at, f"{component.name} has a condition, and can be modified and connected only.")
 
 
 def _product(chosen: Sequence[list[int]]) -> list[Index]:

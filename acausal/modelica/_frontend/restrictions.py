@@ -5,9 +5,10 @@ from typing import TYPE_CHECKING
 
 from . import tree as t
 from .source import Source
+from .typed import type_of
 
 if TYPE_CHECKING:
-    from .classes import Instance
+    from .classes import ComponentElement, Instance
 
 _PREDEFINED = ("Real", "Integer", "Boolean", "String")
 _RESERVED = ("quantity", "min", "max", "start", "fixed")  # attributes of enumerations
@@ -33,11 +34,36 @@ def check(tree: t.Class, source: Source) -> None:
 def check_base(tree: t.Class, base: "Instance", source: Source, at: int) -> None:
     """Raises `TextError` for a base class whose kind does not fit."""
     kind, other = tree.kind, base.kind
+    if other == "operator record":
+        raise source.error(at, f"{base.name} is an operator record, which only a short class definition can extend.")
     if kind in ("class", other) or other in ("class", *_BASES.get(kind, ())) or base.tree.name == "ExternalObject":
         return
     if other == "type" and kind in ("type", "connector"):
         return
     raise source.error(at, f"{tree.name} is a {kind}, and cannot extend {base.name}, which is a {other}.")
+
+
+def has_time(scope: "Instance") -> bool:
+    """Whether the variable `time` is known in a class (section 3.6.7)."""
+    return not scope.whole.is_function and scope.kind not in (*_CONNECTORS, *_RECORDS)
+
+
+def check_declaration(one: "ComponentElement") -> None:
+    """Raises `TextError` for a component whose class contradicts its prefixes (sections 4.4.2.2, 9.3, 9.2 and 15.1)."""
+    kind, class_name = one.prototype.kind, one.prototype.name
+    for name in ("variability", "causality", "connection"):
+        prefix = one.prefix(name)
+        is_forbidden = kind in _CONNECTORS and name == "variability" and prefix != "discrete"
+        if prefix and (is_forbidden or (kind in _WITH_EQUATIONS and type_of(one.prototype).name == "component")):
+            raise one.error(f"{one.name} is of the {kind} {class_name}, and cannot have the prefix `{prefix}`.")
+    if one.prefix("connection") == "stream" and one.holder.kind not in _CONNECTORS:
+        raise one.error(f"{one.name} is a stream variable, which is allowed in connectors only.")
+    if one.prefix("connection") == "flow" and kind == "operator record":
+        for operator in ("'0'", "'+'", "'-'"):
+            if operator not in one.prototype.elements:
+                raise one.error(
+                    f"{one.name} is a flow variable, and {class_name} does not have the operator {operator}."
+                )
 
 
 def _wrong(tree: t.Class) -> Iterator[tuple[int, str]]:
@@ -66,7 +92,9 @@ def _wrong(tree: t.Class) -> Iterator[tuple[int, str]]:
 
 def _component(tree: t.Class, one: t.Component) -> Iterator[tuple[int, str]]:
     kind = tree.kind
-    prefixes = [one.connection * (kind in _RECORDS), "inner" * one.is_inner, "outer" * one.is_outer]
+    prefixes = ["inner" * one.is_inner, "outer" * one.is_outer]
+    if kind in _RECORDS:
+        prefixes += [one.connection, one.causality]
     if one.name in _PREDEFINED:
         yield one.at, f"{one.name} is the name of a predefined type, and cannot be declared."
     if kind == "package" and one.variability != "constant":
@@ -77,7 +105,7 @@ def _component(tree: t.Class, one: t.Component) -> Iterator[tuple[int, str]]:
         yield one.at, f"{tree.name} is a {kind}, and cannot have protected elements such as {one.name}."
     if kind == "expandable connector" and one.connection == "flow":
         yield one.at, f"{tree.name} is an expandable connector, and cannot have the flow variable {one.name}."
-    if kind in (*_FUNCTIONS, *_RECORDS):
+    if kind in (*_FUNCTIONS, *_RECORDS, "connector"):
         for prefix in filter(None, prefixes):
             yield one.at, f"{tree.name} is a {kind}, and {one.name} cannot have the prefix `{prefix}`."
     if kind in _FUNCTIONS:

@@ -31,15 +31,35 @@ KINDS = [
     ("model Clock Real x; end Clock; model M Clock c; end M;", "Clock is the name of a predefined class"),
     ("model M Real Real; end M;", "Real is the name of a predefined type"),
     ("function f input Real x; end f; model M extends f; end M;", "M is a model, and cannot extend f"),
+    ("record R input Real x = 1; end R; model M R r; end M;", "x cannot have the prefix `input`"),
+    ("connector C inner Real x = 1; end C; model M C c; end M;", "x cannot have the prefix `inner`"),
+    ("connector C Real e = 1; flow Real f; end C; block B C c; end B; model M B b; end M;",
+     "b.c.e in a connector of the block B is no input or output"),
+    ("operator record R Real x; end R; operator record S extends R; end S; model M S s; end M;",
+     "R is an operator record, which only a short class definition can extend"),
+    ("model A Real x = 1; end A; model A3 = A[3]; model B extends A3; Real y; end B; model M B b; end M;",
+     "B extends A3, which has a size or a prefix"),
+    ("type I = input Real; type J extends I; extends Real; end J; model M J j; end M;", "J extends I, which has"),
+    ("record R Real x = time; end R; model M R r; end M;",
+     "`time` is allowed in models and blocks, not in the record R"),
 ]  # fmt: skip
 
 PREFIXES = [
     ("type I = input Real; model M output I x; end M;", "x has the prefix `output`, but its type has `input`"),
     ("type I = input Real; type O = output I; model M O x; end M;", "x has the prefix `output`, but its type"),
-    ("model A input Real x; end A; model M input A a; end M;", "x has the prefix `input`, and a around it has `input`"),
-    ("connector C Real e; flow Real f; end C; model M parameter C c; end M;", "f is a flow variable, and cannot be a"),
+    ("connector A input Real x; end A; model M input A a; end M;",
+     "x has the prefix `input`, and a around it has `input`"),
+    ("connector C Real e; flow parameter Real f; end C; model M C c; end M;", "f is a flow variable, and cannot be a"),
     ("model M constant Real x(fixed = false) = 1; end M;", "a constant, which cannot have fixed = false"),
-]
+    ("model A Real x = 1; end A; model M parameter A a; end M;",
+     "of the model A, and cannot have the prefix `parameter`"),
+    ("model A Real x = 1; end A; model M output A a; end M;", "of the model A, and cannot have the prefix `output`"),
+    ("connector C input Real x = 1; end C; model M constant C c; end M;", "cannot have the prefix `constant`"),
+    ("connector C flow Integer f; Real e; end C; model M C c; end M;", "f is a flow variable, and must be a Real"),
+    ("model M stream Real x = 1; end M;", "x is a stream variable, which is allowed in connectors only"),
+    ("operator record R Real x; end R; connector C R e; flow R f; end C; model M C c; end M;",
+     "R does not have the operator '0'"),
+]  # fmt: skip
 
 LOOKUP = [
     ("package P constant Real a = 1; end P; model M import P.a; import P.{a}; Real x = a; end M;", "M imports a twice"),
@@ -62,6 +82,13 @@ LOOKUP = [
      "X is outer, and cannot have modifiers"),
     ("model A outer Real x; end A; model M inner model x = A; A a; end M;", "but the inner element is a class"),
     ("model A outer Real x; end A; model M Real x; A a; end M;", "has no inner component x around it"),
+    ("model A function f output Real y = 1; end f; end A; model M A a[2]; Real y = a[1].f(); end M;",
+     "a is an array, through which the function f cannot be called"),
+    ("model A model B Real x; end B; end A; model M import A.B; B b; end M;", "A is no pack"),
+    ("model A model B Real x; end B; end A; model M import A.*; B b; end M;", "A is no pack"),
+    ("model M Real x if true; equation x = 1; end M;", "x has a condition, and can be modified and connected only"),
+    ("model A function f output Real y = 1; end f; end A; model M A a if true; Real y = a.f(); end M;",
+     "a has a condition"),
 ]  # fmt: skip
 
 MODIFICATION = [
@@ -91,7 +118,7 @@ VARIABILITY = [
     ("model M Real x, y = der(x); equation when time > 1 then x = 1; end when; end M;", "`der` needs a continuous"),
     ("model M Real x = time; equation when pre(x) > 1 then end when; end M;", "`pre` of a continuous variable"),
     ("model M Real x; equation when noEvent(time > 0) then x = 1; end when; end M;", "`when` must be discrete"),
-    ("model M constant Real x = log(-1); end M;", "the value of the constant x is not a number"),
+    ("model M constant Real x = log(2 - 3); end M;", "the value of the constant x is not a number"),
     ("model M Integer n = 3; Real x[3] = fill(0, n); end M;", "a size of `fill` must be a constant or parameter"),
     ("model M Real x[1] = {1/0}; end M;", "a division by zero"),
     ("function f input Real x; output Real y; algorithm y := f(x + 1); end f; model M constant Real x = f(1); end M;",
@@ -132,6 +159,11 @@ CALLS = [
      "model M Real y = f(1); end M;", "the order of a derivative of f must be an Integer"),
     ('partial function g input Real x; output Real y; external "C"; end g; function f extends g; external "C"; end f; '
      "model M Real y = f(1); end M;", "f has 2 algorithms or external functions"),
+    ("model M Real x = acos(-2); end M;", "`acos` is not defined for -2"),
+    ("model M Real x = log(0); end M;", "`log` is not defined for 0"),
+    ("model M Real x = delay(time, 2, 1); end M;", "the delay 2 is greater than its limit 1"),
+    ("function f input Real x; output Real y = x; output Real z = x; algorithm end f; "
+     "model M Real x[2] = f({1, 2}); end M;", "f has 2 results, and cannot be called with arrays"),
 ]  # fmt: skip
 
 CONNECTIONS = [
@@ -142,6 +174,9 @@ CONNECTIONS = [
     ("connector O = output Real; model A O y = 1; end A; model M A a, b; equation connect(a.y, b.y); end M;",
      "both a.y and b.y give a value"),
     ("connector C = input Real; model M C c; equation Connections.root(c); end M;", "with the function equalityCon"),
+    ("connector C constant Real p = 1; Real e; flow Real f; end C; "
+     "connector D parameter Real p = 1; Real e; flow Real f; end D; "
+     "model M C c; D d; equation connect(c, d); end M;", "only one is a constant"),
 ]  # fmt: skip
 
 COMPLEX = """operator record C Real r;
