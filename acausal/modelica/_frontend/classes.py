@@ -67,6 +67,7 @@ class ClassElement:
     _definition: Definition | None = None
     _instance: "Instance | None" = None
     _pending: bool = False
+    _checked: bool = False  # against the constraint
 
     @property
     def definition(self) -> Definition:
@@ -89,9 +90,11 @@ class ClassElement:
         if found._instance is None:
             found._instance = Instance(found, found.modifier, found.path, None)
             found._instance.is_class = True
-            if self.original is not None:
-                wanted = self.original.constraint.instance
-                check_subtype(found._instance, wanted, lambda text: self.definition.source.error(self.tree.at, text))
+        if not self._checked:
+            self._checked = True
+            _check_constraint(
+                self, found._instance, self.original, lambda text: self.definition.source.error(self.tree.at, text)
+            )
         return found._instance
 
     def target(self) -> "ClassElement":
@@ -141,9 +144,9 @@ class ClassElement:
         if not self.is_partial:
             return
         here = user if isinstance(user, Instance) else None
+        if here is None or (here.whole.is_class and not here.is_function):
+            return  # a class that is no part of the model, such as a constraint
         while here is not None:
-            if here.whole.is_class and not here.is_function:
-                return  # a class that is no part of the model, such as a constraint
             if any(base.tree is self.tree for base in here.lineage()):
                 return
             here = here.encloser
@@ -344,7 +347,8 @@ class Instance:
             raise outer.error(f"{name} is a constant, and cannot be redeclared.")
         if outer.redeclaration and tree.is_final:
             raise outer.error(f"{name} cannot be redeclared, because it is final.")
-        if redeclaration and not tree.is_replaceable and not redeclaration.extends_itself:
+        last = redeclaration.below.redeclaration if redeclaration and redeclaration.below else None
+        if redeclaration and not (last.element if last else tree).is_replaceable:
             if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
                 return
             raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
@@ -463,6 +467,13 @@ class Instance:
         for name, modifier in redeclared.items():
             if name not in found:
                 raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
+            assert modifier.redeclaration is not None
+            before = found[name]
+            before = before.replaced if isinstance(before, ComponentElement) else before.original
+            if before is not None and before.is_protected != modifier.redeclaration.element.is_protected:
+                raise modifier.error(
+                    f"{name} is protected either here or in the base class, and must be so in both or none."
+                )
 
     def _redeclarations(self, body: t.Long) -> dict[str, Modifier]:
         """The elements that redeclare those of base classes, as modifiers of these."""
@@ -751,8 +762,7 @@ class ComponentElement:
     def type(self) -> ClassElement:
         if self._type is None:
             self._type = self.scope.find_class(self.tree.type)
-            if self.replaced is not None:
-                check_subtype(self._type.instance, self.replaced.constraint.instance, self.error)
+            _check_constraint(self, self._type.instance, self.replaced, self.error)
         return self._type
 
     @property
@@ -975,6 +985,7 @@ def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentEl
     if isinstance(a, ClassElement) or isinstance(b, ClassElement):
         return _have_one_text(a.tree, b.tree)
     same = a.type.definition.tree is b.type.definition.tree or a.type.path == b.type.path
+    same = same and _have_one_text((a.tree.dims, a.tree.condition), (b.tree.dims, b.tree.condition))
     return same and all(a.prefix(name) == b.prefix(name) for name in ("variability", "causality", "connection"))
 
 
@@ -999,6 +1010,20 @@ def _have_one_text(a: object, b: object) -> bool:
         return a == b
     names = [one.name for one in dataclasses.fields(a) if one.name != "at"]
     return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
+
+
+def _check_constraint(
+    own: ClassElement | ComponentElement,
+    new: Instance,
+    replaced: ClassElement | ComponentElement | None,
+    error: Callable[[str], TextError],
+) -> None:
+    """Raises `error` for a class that does not fit its constraint, or that of what it replaces (section 7.3.2)."""
+    if own.tree.constraint is not None:
+        check_subtype(new, own.constraint.instance, error, "its constraint")
+    if replaced is not None:
+        wanted = replaced.constraint.instance
+        check_subtype(own.constraint.instance if own.tree.constraint is not None else new, wanted, error)
 
 
 def check_subtype(

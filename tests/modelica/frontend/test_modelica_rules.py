@@ -89,6 +89,8 @@ LOOKUP = [
     ("model M Real x if true; equation x = 1; end M;", "x has a condition, and can be modified and connected only"),
     ("model A function f output Real y = 1; end f; end A; model M A a if true; Real y = a.f(); end M;",
      "a has a condition"),
+    ("package Q partial package P constant Real c = 1; end P; model A Real y = P.c; end A; end Q; "
+     "model M extends Q.A; end M;", "P is partial, and names in it cannot be used from outside"),
 ]  # fmt: skip
 
 MODIFICATION = [
@@ -108,6 +110,25 @@ MODIFICATION = [
     ("model A replaceable parameter Real x = 1; end A; model M A a(redeclare discrete Real x = 2); end M;",
      "x is declared parameter, and cannot become discrete"),
     ("model A replaceable Real x; end A; model M extends A; redeclare Real x if true; end M;", "cannot have a cond"),
+    ("model A model B Real x; end B; end A; model M extends A; model extends B Real y; end B; B b; end M;",
+     "B cannot be redeclared, because it is not replaceable"),
+    ("model A Real x; end A; model D Real x, y; end D; model B replaceable A a; end B; "
+     "model C extends B(redeclare A a); end C; model M extends C(redeclare D a); end M;",
+     "a cannot be redeclared, because it is not replaceable"),
+    ("model A Real x; end A; model B Real x, y; end B; model M replaceable A a constrainedby B; end M;",
+     "A has no y, as B has, its constraint"),
+    ("model A Real x; end A; model B Real x, y; end B; model M replaceable model C = A constrainedby B; C c; end M;",
+     "A has no y, as B has, its constraint"),
+    ("model A Real x; end A; model B Real x, y; end B; model C replaceable B b; end C; "
+     "model M extends C(redeclare replaceable B b constrainedby A); end M;", "A has no y, as B has, which it replaces"),
+    ("model A protected replaceable Real x = 1; end A; model M extends A; redeclare Real x = 2; end M;",
+     "x is protected either here or in the base class"),
+    ("model A replaceable model B Real x; end B; end A; "
+     "model M extends A; protected redeclare model B Real x; end B; B b; end M;", "B is protected either here or"),
+    ("model A Real x if true; end A; model B Real x; end B; model M extends A; extends B; end M;",
+     "M has two elements x that differ"),
+    ("model A Real x[2]; end A; model B Real x; end B; model M extends A; extends B; end M;",
+     "M has two elements x that differ"),
 ]  # fmt: skip
 
 VARIABILITY = [
