@@ -124,7 +124,8 @@ class Connections:
             case t.CallEquation() if x.call.function.names[0] == "Connections":
                 self.operators.append((x.call.function.names[-1], x.call, here))
             case t.ForClause() if any(map(_connects, x.body)):
-                self._for(here, x.iterators, x.body)
+                for within in here.unrolled(x.iterators, x.body):
+                    self.visit(within, x.body)
             case t.IfClause() if _has_connections(x) and not _reads_graph(x):
                 conditions = [here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
                 chosen = Equations(here, Found()).chosen(x, conditions)
@@ -133,18 +134,6 @@ class Connections:
                         x.at, "the condition of an if-equation with connections must be a parameter with a value."
                     )
                 self.visit(here, chosen)
-
-    def _for(self, here: Expressions, iterators: Sequence[t.Iterator], body: Sequence[t.Clause]) -> None:
-        first, *rest = iterators
-        _, values = here.iterations(first, (tuple(body),))
-        if values is None:
-            raise here.error(first.at, f"the range of {first.name} is not known.")
-        for value in values:
-            within = here.knowing({first.name: value})
-            if rest:
-                self._for(within, rest, body)
-            else:
-                self.visit(within, body)
 
     def _connect(self, here: Expressions, x: t.Connect) -> None:
         self.expansion.declare(here, x.left, x.right)

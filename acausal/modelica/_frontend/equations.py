@@ -77,7 +77,8 @@ class Equations:
             case t.Equality():
                 self._equality(x)
             case t.ForClause():
-                self._for(x.iterators, x.body)
+                for within in self.here.unrolled(x.iterators, x.body):
+                    Equations(within, self.found, is_initial=self.is_initial).all(x.body)
             case t.IfClause():
                 self._if(x)
             case t.WhenClause():
@@ -174,18 +175,6 @@ class Equations:
             if not accepts(one.type, other.type) or (one.type.name != "any" and not same_dims(one.dims, other.dims)):
                 raise here.error(x.at, f"a result of type {other.type} is assigned to a variable of type {one.type}.")
         self._add(left.x, right.x, x.at)
-
-    def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> None:
-        first, *rest = iterators
-        _, values = self.here.iterations(first, (tuple(clauses),))
-        if values is None:
-            raise self.here.error(first.at, f"the range of {first.name} is not known.")
-        for value in values:
-            within = Equations(self.here.knowing({first.name: value}), self.found, is_initial=self.is_initial)
-            if rest:
-                within._for(rest, clauses)
-            else:
-                within.all(clauses)
 
     def _if(self, x: t.IfClause) -> None:
         conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
@@ -308,7 +297,8 @@ class _WhenBody:
             case t.IfClause():
                 return self._if(x)
             case t.ForClause():
-                return self._for(x.iterators, x.body)
+                loops = self.here.unrolled(x.iterators, x.body)
+                return tuple(item for within in loops for item in _WhenBody(within)._body(x.body))
             case t.WhenClause():
                 raise self.here.error(x.at, "`when` is not allowed in `when`.")
             case t.Connect():
@@ -332,17 +322,6 @@ class _WhenBody:
 
     def _body(self, clauses: Sequence[t.Clause]) -> e.Body:
         return tuple(item for clause in clauses for item in self.statements(clause))
-
-    def _for(self, iterators: Sequence[t.Iterator], clauses: Sequence[t.Clause]) -> tuple[e.Statement, ...]:
-        first, *rest = iterators
-        _, values = self.here.iterations(first, (tuple(clauses),))
-        if values is None:
-            raise self.here.error(first.at, f"the range of {first.name} is not known.")
-        found: list[e.Statement] = []
-        for value in values:
-            within = _WhenBody(self.here.knowing({first.name: value}))
-            found += within._for(rest, clauses) if rest else within._body(clauses)
-        return tuple(found)
 
 
 def same_targets(here: Expressions, at: int, bodies: Sequence[e.Body], clause: str) -> None:

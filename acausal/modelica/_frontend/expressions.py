@@ -2,7 +2,7 @@
 
 import contextlib
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .._syntax import expressions as e
@@ -432,6 +432,18 @@ class Expressions:
         raise self.error(x.at, "a function is allowed as an argument of a function only.")
 
     # Iterators
+
+    def unrolled(self, iterators: Sequence[t.Iterator], body: Sequence[t.Clause]) -> "Iterator[Expressions]":
+        """The same with each combination of values of the iterators of a loop. Raises `TextError`."""
+        if not iterators:
+            yield self
+            return
+        first, *rest = iterators
+        _, values = self.iterations(first, (tuple(body),))
+        if values is None:
+            raise self.error(first.at, f"the range of {first.name} is not known.")
+        for value in values:
+            yield from self.knowing({first.name: value}).unrolled(rest, body)
 
     def iterations(self, x: t.Iterator, uses: Sequence[Any] = ()) -> tuple[Typed, list[Typed] | None]:
         """The range of an iterator, and its values if they are known. `uses` are where its name occurs."""
