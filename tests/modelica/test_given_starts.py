@@ -29,6 +29,21 @@ end Heat;
 """
 
 
+LIQUID = """
+model Liquid "a tank with a start value of its level, in which equations differentiate the mass"
+  type Density = Real(start = 1);
+  parameter Real A = 2, rho = 995, level_start = 0.8;
+  Real level(start = level_start), V, m;
+  Density d;
+equation
+  der(m) = 0;
+  m = V * d;
+  V = A * level;
+  d = rho;
+end Liquid;
+"""
+
+
 def tank(**parts: str) -> Any:
     return load(TANK.format(**{"h": "", "v": "", "initial": "", **parts}), "Tank")
 
@@ -54,6 +69,11 @@ def test_the_state_of_a_square_law_follows_its_temperature() -> None:
 def test_contradictory_start_values_are_refused() -> None:
     with pytest.raises(SimulationError, match=r"start values contradict the equations\. v cannot have"):
         start(tank(h=", fixed = true", v=", fixed = true"))
+
+
+def test_a_start_value_reaches_the_state_through_a_variable_with_the_start_value_of_its_type() -> None:
+    final = start(load(LIQUID, "Liquid"))
+    assert (final.level, final.m) == pytest.approx((0.8, 2.0 * 995.0 * 0.8), rel=1e-12)
 
 
 class Tank(Component):

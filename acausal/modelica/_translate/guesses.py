@@ -1,7 +1,8 @@
 """Guesses of variables for which the model states none, from those that it states.
 
 An iteration that starts from zero may divide by zero. An equation x = f(y, ...) carries guesses on from y to x, and
-x = y in both directions.
+x = y in both directions. Where all of y are known at the start, x is too, and the start value of x, which is often that
+of its type, does not count: a density of 995 kg/m3 by an equation, of a type with `start=1`.
 """
 
 import functools as ft
@@ -25,7 +26,10 @@ SWEEPS = 8
 
 
 def propagate(groups: Collection[FormGroup], leaves: Mapping[str, ModelLeaf], functions: Any) -> None:
-    """Sets the guesses of scalar real variables without one, in a few sweeps over all equations."""
+    """Sets the guesses of scalar real variables without one, and of those known at the start, in a few sweeps over all
+    equations.
+    """
+    exact = {leaf.path for leaf in leaves.values() if leaf.role == "param" or _is_given(leaf)}
     for _ in range(SWEEPS):
         found = 0
         for group in groups:
@@ -35,20 +39,23 @@ def propagate(groups: Collection[FormGroup], leaves: Mapping[str, ModelLeaf], fu
             for row in group.rows:
                 own = [leaves.get(path) for path in row]
                 if all(leaf is not None for leaf in own):
-                    found += _carried(form.term.left, form.term.right, own, functions)
-                    found += _carried(form.term.right, form.term.left, own, functions)
+                    found += _carried(form.term.left, form.term.right, own, functions, exact)
+                    found += _carried(form.term.right, form.term.left, own, functions, exact)
         if not found:
             return
 
 
-def _carried(left: Any, right: Any, leaves: list[Any], functions: Any) -> bool:
+def _carried(left: Any, right: Any, leaves: list[Any], functions: Any, exact: set[str]) -> bool:
     """Takes the value of one side as the guess of the variable on the other side."""
     if not isinstance(left, SlotValue):
         return False
     leaf: ModelLeaf = leaves[left.number]
-    if leaf.role != "var" or leaf.kind != "real" or leaf.dims or leaf.has_guess or leaf.value is not None:
+    if leaf.role != "var" or leaf.kind != "real" or leaf.dims or leaf.path in exact:
         return False
     reads = slots_in(right)
+    is_exact = all(leaves[place].path in exact for place in reads)
+    if leaf.has_guess and not is_exact:
+        return False
     if left.number in reads or not all(_is_known(leaves[place]) for place in reads):
         return False
     values = [_number(other) if place in reads else None for place, other in enumerate(leaves)]
@@ -57,14 +64,21 @@ def _carried(left: Any, right: Any, leaves: list[Any], functions: Any) -> bool:
             value = number(evaluate(right, Scope(functions, values)))
     except (NotKnown, AcausalError, TypeError, ValueError, IndexError, ZeroDivisionError, OverflowError):
         return False
-    if not isinstance(value, int | float) or not np.isfinite(value) or value == 0.0:
+    if not isinstance(value, int | float) or not np.isfinite(value) or (value == 0.0 and not is_exact):
         return False
     leaf.guess, leaf.has_guess = float(value), True
+    if is_exact:
+        exact.add(leaf.path)
     return True
 
 
 def _is_known(leaf: ModelLeaf) -> bool:
     return leaf.role == "param" or leaf.has_guess or leaf.value is not None
+
+
+def _is_given(leaf: ModelLeaf) -> bool:
+    """Whether the model fixes the start value. That of a discrete variable may change at the start."""
+    return leaf.role == "var" and not leaf.is_discrete and leaf.value is not None
 
 
 @ft.lru_cache(maxsize=4096)
