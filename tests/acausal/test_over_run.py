@@ -74,20 +74,23 @@ def test_highest_of_peaks_that_are_nearly_as_high() -> None:
 @pytest.mark.thorough
 @pytest.mark.parametrize("mode", [jax.jacfwd, jax.jacrev])
 def test_derivatives_of_an_integral_and_a_peak(mode: Any) -> None:
-    """By the restitution, up to a fixed time. After the impact, h = e v t - g t^2 / 2; the height of the rebound is
-    e^2, and its time that of the fall times 1 + e.
+    """By the height and the restitution, up to a fixed time; the height moves the impact. After it,
+    h = e v t - g t^2 / 2; the height of the rebound is e^2 h, and its time that of the fall times 1 + e.
     """
 
-    def read(e: Any) -> Any:
-        solution = simulate(Ball(h=1.0, e=e), 1.0, rtol=1e-9, save="dense")
+    def read(h: Any, e: Any) -> Any:
+        solution = simulate(Ball(h=h, e=e), 1.0, rtol=1e-9, save="dense")
         peak = solution.peak(lambda s: jnp.where(s.v > -1.0, s.h, 0.0) * (s.h < 0.6))
-        return solution.integral(lambda s: s.h), peak
+        return solution.integral(lambda s: s.h), *peak
 
-    integral, (value, time) = jax.jit(mode(read))(E0)
-    left = 1.0 - np.sqrt(2.0 / G)
-    np.testing.assert_allclose(integral, np.sqrt(2.0 * G) * left**2 / 2.0, rtol=1e-6)
-    np.testing.assert_allclose(value, 2.0 * E0, rtol=1e-6)
-    np.testing.assert_allclose(time, np.sqrt(2.0 / G), rtol=1e-5)
+    def exact(h: Any, e: Any) -> Any:
+        fall, v = jnp.sqrt(2.0 * h / G), jnp.sqrt(2.0 * G * h)
+        left = 1.0 - fall
+        return 2.0 / 3.0 * h * fall + e * v * left**2 / 2.0 - G * left**3 / 6.0, e**2 * h, fall * (1.0 + e)
+
+    found, wanted = (jax.jit(mode(function, argnums=(0, 1)))(1.0, E0) for function in (read, exact))
+    np.testing.assert_allclose(found[:2], wanted[:2], rtol=1e-6)
+    np.testing.assert_allclose(found[2], wanted[2], rtol=1e-5)
 
 
 class Swing(Component):
