@@ -27,19 +27,19 @@ equation
   T ^ 2 = 2 * E / k;
 end Heat;
 """
-
-
 LIQUID = """
 model Liquid "a tank with a start value of its level, in which equations differentiate the mass"
   type Density = Real(start = 1);
   parameter Real A = 2, rho = 995, level_start = 0.8;
   Real level(start = level_start), V, m;
   Density d;
+  Real T(start = 300, fixed = true);
 equation
   der(m) = 0;
+  der(T) = 0;
   m = V * d;
   V = A * level;
-  d = rho;
+  d = {density};
 end Liquid;
 """
 
@@ -71,8 +71,9 @@ def test_contradictory_start_values_are_refused() -> None:
         start(tank(h=", fixed = true", v=", fixed = true"))
 
 
-def test_a_start_value_reaches_the_state_through_a_variable_with_the_start_value_of_its_type() -> None:
-    final = start(load(LIQUID, "Liquid"))
+@pytest.mark.parametrize("density", ["rho", "rho + 300 - T"])
+def test_a_start_value_reaches_the_state_through_a_variable_with_the_start_value_of_its_type(density: str) -> None:
+    final = start(load(LIQUID.format(density=density), "Liquid"))
     assert (final.level, final.m) == pytest.approx((0.8, 2.0 * 995.0 * 0.8), rel=1e-12)
 
 
