@@ -124,11 +124,9 @@ class _ClassParser(ClauseParser):
         if self.accept("der"):
             self.expect("(")
             function = self.name()
-            variables = []
-            while self.accept(","):
-                variables.append(self.expect("name"))
+            variables = self.listed(self._simple_name) if self.accept(",") else ()
             self.expect(")")
-            return t.Derivative(function, tuple(variables))
+            return t.Derivative(function, variables)
         causality = ""
         while self.kind in ("input", "output"):
             causality = self.kind
@@ -146,17 +144,17 @@ class _ClassParser(ClauseParser):
         if self.accept(":"):
             self.expect(")")
             return t.Enumeration(None)
-        literals = []
-        while self.kind != ")":
+        literals: list[str] = []
+
+        def literal() -> None:
             at = self.at
             name = self.expect("name", "of an enumeration literal")
             if name in literals:
                 raise self.error(f"the enumeration literal {name} occurs twice.", at)
             literals.append(name)
             self._comment()
-            if not self.accept(","):
-                break
-        self.expect(")")
+
+        self.listed(literal, ")")
         return t.Enumeration(tuple(literals))
 
     def _long(self, name: str, is_class_extends: bool) -> tuple[t.Long, t.Modification | None]:
@@ -198,7 +196,7 @@ class _ClassParser(ClauseParser):
         self.i += 1
         language = string_value(self.expect("string")) if self.kind == "string" else "C"
         result, name = None, ""
-        args: list[t.Expression] = []
+        args: tuple[t.Expression, ...] = ()
         if self.kind in ("name", "."):
             reference = self.reference()
             if self.accept("="):
@@ -206,14 +204,10 @@ class _ClassParser(ClauseParser):
                 reference = self.reference()
             name = str(reference)
             self.expect("(")
-            while self.kind != ")":
-                args.append(self.expression())
-                if not self.accept(","):
-                    break
-            self.expect(")")
+            args = self.listed(self.expression, ")")
         self.accept("annotation")
         self.expect(";", "after the external function")
-        return t.External(language, name, result, tuple(args), at)
+        return t.External(language, name, result, args, at)
 
     def _element(self, elements: list[t.Element], is_protected: bool) -> None:
         """Adds the elements that one element clause declares."""
@@ -242,19 +236,17 @@ class _ClassParser(ClauseParser):
         start = self.at
         parts = [self.expect("name")]
         while self.kind in (".", ".*"):
-            if self.accept(".*"):
-                return t.Import(t.Name(tuple(parts), True, start), None, None, at)
-            self.i += 1
-            if self.accept("*"):
+            if self.accept(".*") or (self.accept(".") and self.accept("*")):
                 return t.Import(t.Name(tuple(parts), True, start), None, None, at)
             if self.accept("{"):
-                names = [self.expect("name")]
-                while self.accept(","):
-                    names.append(self.expect("name"))
+                names = self.listed(self._simple_name)
                 self.expect("}")
-                return t.Import(t.Name(tuple(parts), True, start), None, tuple(names), at)
+                return t.Import(t.Name(tuple(parts), True, start), None, names, at)
             parts.append(self.expect("name"))
         return t.Import(t.Name(tuple(parts), True, start), parts[-1], (parts[-1],), at)
+
+    def _simple_name(self) -> str:
+        return self.expect("name")
 
     def _extends(self, is_protected: bool) -> t.Extends:
         at = self.at
@@ -342,9 +334,7 @@ class _ClassParser(ClauseParser):
     def modification(self) -> t.Modification:
         """A modification in parentheses, with `=` and a value, or both."""
         at = self.at
-        arguments: tuple[t.Argument, ...] = ()
-        if self.kind == "(":
-            arguments = self._arguments()
+        arguments = self.listed(self._modifier, ")", "or `,` in the modification") if self.accept("(") else ()
         value = None
         if self.kind in ("=", ":="):
             self.i += 1
@@ -354,16 +344,6 @@ class _ClassParser(ClauseParser):
             else:
                 value = self.expression()
         return t.Modification(arguments, value, at)
-
-    def _arguments(self) -> tuple[t.Argument, ...]:
-        self.expect("(")
-        found: list[t.Argument] = []
-        while self.kind != ")":
-            found.append(self._modifier())
-            if not self.accept(","):
-                break
-        self.expect(")", "or `,` in the modification")
-        return tuple(found)
 
     def _modifier(self) -> t.Argument:
         at = self.at

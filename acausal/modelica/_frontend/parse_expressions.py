@@ -1,13 +1,20 @@
 """Expressions (Modelica 3.6, appendix A.2.7) by recursive descent."""
 
+from collections.abc import Callable
+from typing import TypeVar
+
 from . import tree as t
 from .lexical import Tokens, string_value
 from .source import Source, TextError
 
-_RELATIONS = frozenset(("<", "<=", ">", ">=", "==", "<>"))
-_SUMS = frozenset(("+", "-", ".+", ".-"))
-_PRODUCTS = frozenset(("*", "/", ".*", "./"))
-_POWERS = frozenset(("^", ".^"))
+# Operators by how strongly they bind. Those of one level are evaluated from left to right.
+_LEVELS = {
+    "or": 1, "and": 2, "<": 4, "<=": 4, ">": 4, ">=": 4, "==": 4, "<>": 4, "+": 5, "-": 5, ".+": 5, ".-": 5,
+    "*": 6, "/": 6, ".*": 6, "./": 6, "^": 7, ".^": 7,
+}  # fmt: skip
+_PREFIXES = {"not": 3, "+": 5, "-": 5, ".+": 5, ".-": 5}
+_ALONE = {4: "a relation of relations", 7: "a power of a power"}
+_Item = TypeVar("_Item")
 _NAMED = {"name": "a name", "eof": "the end of the text", "string": "a string"}
 
 
@@ -50,6 +57,17 @@ class Cursor:
         self.i = i + 1
         return self.values[i]
 
+    def listed(self, item: Callable[[], _Item], end: str = "", after: str = "") -> tuple[_Item, ...]:
+        """Items with commas between them. With the bracket at their `end`, which is passed over, there may be none."""
+        found: list[_Item] = []
+        while self.kind != end:
+            found.append(item())
+            if not self.accept(","):
+                break
+        if end:
+            self.expect(end, after)
+        return tuple(found)
+
 
 class ExpressionParser(Cursor):
     """Parses expressions."""
@@ -71,15 +89,15 @@ class ExpressionParser(Cursor):
 
     def simple_expression(self) -> t.Expression:
         """An expression, possibly a range, that is not an if-expression."""
-        first = self._logical()
+        first = self._operation()
         if self.kinds[self.i] != ":" or self.kinds[self.i + 1] in ("]", ",", ")"):
             return first
         at = self.at
         self.i += 1
-        second = self._logical()
+        second = self._operation()
         if not self.accept(":"):
             return t.Range(first, None, second, at)
-        return t.Range(first, second, self._logical(), at)
+        return t.Range(first, second, self._operation(), at)
 
     def _if(self) -> t.Expression:
         at = self.at
@@ -94,74 +112,22 @@ class ExpressionParser(Cursor):
         self.expect("else", "of the if-expression")
         return t.IfExpression(tuple(branches), self.expression(), at)
 
-    def _logical(self) -> t.Expression:
-        left = self._logical_term()
-        while self.kinds[self.i] == "or":
-            at = self.at
+    def _operation(self, level: int = 1) -> t.Expression:
+        """An expression whose operators bind at least as strongly as a level, by precedence climbing."""
+        op, at = self.kinds[self.i], self.at
+        left: t.Expression
+        if level <= (own := _PREFIXES.get(op, 0)):
             self.i += 1
-            left = t.Binary("or", left, self._logical_term(), at)
-        return left
-
-    def _logical_term(self) -> t.Expression:
-        left = self._logical_factor()
-        while self.kinds[self.i] == "and":
-            at = self.at
-            self.i += 1
-            left = t.Binary("and", left, self._logical_factor(), at)
-        return left
-
-    def _logical_factor(self) -> t.Expression:
-        if self.kinds[self.i] == "not":
-            at = self.at
-            self.i += 1
-            return t.Unary("not", self._relation(), at)
-        return self._relation()
-
-    def _relation(self) -> t.Expression:
-        left = self._sum()
-        op = self.kinds[self.i]
-        if op not in _RELATIONS:
-            return left
-        at = self.at
-        self.i += 1
-        found = t.Binary(op, left, self._sum(), at)
-        if self.kinds[self.i] in _RELATIONS:
-            raise self.error("a relation of relations needs parentheses.")
-        return found
-
-    def _sum(self) -> t.Expression:
-        op = self.kinds[self.i]
-        if op in _SUMS:
-            at = self.at
-            self.i += 1
-            left: t.Expression = t.Unary(op, self._product(), at)
+            left = t.Unary(op, self._operation(own + 1), at)
         else:
-            left = self._product()
-        while (op := self.kinds[self.i]) in _SUMS:
+            left = self._primary()
+        while level <= (own := _LEVELS.get(op := self.kinds[self.i], 0)):
             at = self.at
             self.i += 1
-            left = t.Binary(op, left, self._product(), at)
+            left = t.Binary(op, left, self._operation(own + 1), at)
+            if _LEVELS.get(self.kinds[self.i]) == own and own in _ALONE:
+                raise self.error(f"{_ALONE[own]} needs parentheses.")
         return left
-
-    def _product(self) -> t.Expression:
-        left = self._factor()
-        while (op := self.kinds[self.i]) in _PRODUCTS:
-            at = self.at
-            self.i += 1
-            left = t.Binary(op, left, self._factor(), at)
-        return left
-
-    def _factor(self) -> t.Expression:
-        base = self._primary()
-        op = self.kinds[self.i]
-        if op not in _POWERS:
-            return base
-        at = self.at
-        self.i += 1
-        found = t.Binary(op, base, self._primary(), at)
-        if self.kinds[self.i] in _POWERS:
-            raise self.error("a power of a power needs parentheses.")
-        return found
 
     def _primary(self) -> t.Expression:
         i = self.i
@@ -213,11 +179,9 @@ class ExpressionParser(Cursor):
     def subscripts(self) -> tuple[t.Expression, ...]:
         """Subscripts, or the sizes of an array, in brackets."""
         self.expect("[")
-        found = [self._subscript()]
-        while self.accept(","):
-            found.append(self._subscript())
+        found = self.listed(self._subscript)
         self.expect("]")
-        return tuple(found)
+        return found
 
     def _subscript(self) -> t.Expression:
         if self.kinds[self.i] == ":":
@@ -235,15 +199,13 @@ class ExpressionParser(Cursor):
         named: list[tuple[str, t.Expression]] = []
         while True:
             if self.kinds[self.i] == "name" and self.kinds[self.i + 1] == "=":
-                name = self.expect("name")
-                self.i += 1
-                named.append((name, self._argument()))
+                named.append(self._named())
             elif named:
                 raise self.error("an argument without a name follows one with a name.")
             else:
                 args.append(self._argument())
-                if self.kinds[self.i] == "for" and len(args) == 1:
-                    iterators = self._for()
+                if len(args) == 1 and self.accept("for"):
+                    iterators = self.iterators()
                     self.expect(")")
                     return t.Reduction(function, args[0], iterators, at)
             if not self.accept(","):
@@ -257,53 +219,38 @@ class ExpressionParser(Cursor):
         self.i += 1
         function = self.reference()
         self.expect("(")
-        named = []
-        while self.kinds[self.i] != ")":
-            name = self.expect("name")
-            self.expect("=")
-            named.append((name, self._argument()))
-            if not self.accept(","):
-                break
-        self.expect(")")
-        return t.PartialCall(function, tuple(named), at)
+        return t.PartialCall(function, self.listed(self._named, ")"), at)
 
-    def _for(self) -> tuple[t.Iterator, ...]:
-        self.expect("for")
-        return self.iterators()
+    def _named(self) -> tuple[str, t.Expression]:
+        name = self.expect("name")
+        self.expect("=")
+        return name, self._argument()
 
     def iterators(self) -> tuple[t.Iterator, ...]:
-        found = []
-        while True:
-            at = self.at
-            name = self.expect("name")
-            found.append(t.Iterator(name, self.expression() if self.accept("in") else None, at))
-            if not self.accept(","):
-                return tuple(found)
+        return self.listed(self._iterator)
+
+    def _iterator(self) -> t.Iterator:
+        at = self.at
+        return t.Iterator(self.expect("name"), self.expression() if self.accept("in") else None, at)
 
     def _array(self) -> t.Expression:
         at = self.at
         self.i += 1
         if self.accept("}"):
             return t.Array((), at)
-        elements = [self._argument()]
-        if self.kinds[self.i] == "for":
-            iterators = self._for()
-            self.expect("}")
-            return t.Reduction(t.Reference((t.Part("array", (), at),), False, at), elements[0], iterators, at)
-        while self.accept(","):
-            elements.append(self._argument())
+        elements = self.listed(self._argument)
+        iterators = self.iterators() if len(elements) == 1 and self.accept("for") else ()
         self.expect("}")
-        return t.Array(tuple(elements), at)
+        if iterators:
+            return t.Reduction(t.Reference((t.Part("array", (), at),), False, at), elements[0], iterators, at)
+        return t.Array(elements, at)
 
     def _matrix(self) -> t.Expression:
         at = self.at
         self.i += 1
         rows = []
         while True:
-            row = [self.expression()]
-            while self.accept(","):
-                row.append(self.expression())
-            rows.append(tuple(row))
+            rows.append(self.listed(self.expression))
             if not self.accept(";"):
                 self.expect("]")
                 return t.Matrix(tuple(rows), at)
