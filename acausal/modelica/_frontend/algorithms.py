@@ -5,7 +5,6 @@ from pathlib import Path
 
 from .._syntax import expressions as e
 from .._syntax.visits import parts_of
-from .._translate.scope import NotKnown
 from . import references
 from . import tree as t
 from .classes import join
@@ -208,11 +207,10 @@ class Statements:
             x = element(state.x, place)
             if not isinstance(x, e.Ref):
                 raise self.here.error(call.at, "`reinit` needs a variable, not an expression.")
-            try:
-                subs = tuple(int(self.here.context.value(sub)) for sub in x.subs)
-            except NotKnown:
-                raise self.here.error(call.at, "a subscript of the variable of `reinit` must be known.") from None
-            found.append(e.Reinit(x.name, element(value.x, place), subs))
+            subs = [int(i) for sub in x.subs if (i := self.here.context.known(sub)) is not None]
+            if len(subs) < len(x.subs):
+                raise self.here.error(call.at, "a subscript of the variable of `reinit` must be known.")
+            found.append(e.Reinit(x.name, element(value.x, place), tuple(subs)))
         return tuple(found)
 
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:

@@ -1,13 +1,11 @@
 """Operators and functions of the language (Modelica 3.6, sections 3.7, 10.3 and chapter 16): types and sizes."""
 
-import contextlib
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from .._syntax import expressions as e
-from .._translate.scope import NotKnown
 from . import references
 from . import tree as t
 from .classes import ComponentElement
@@ -225,9 +223,8 @@ def _size(here: "Expressions", x: t.Call, given: Sequence[t.Expression]) -> Type
     axis = here.single(given[1])
     if axis.type != INTEGER or axis.dims:
         raise here.error(x.at, "the second argument of `size` must be an Integer.")
-    try:
-        number = int(here.context.value(axis.x))
-    except NotKnown:
+    number = here.context.known(axis.x)
+    if number is None:
         return Typed(e.Builtin("Size", (base.x, axis.x)), INTEGER)
     if not 1 <= number <= rank:
         raise here.error(x.at, f"`size` asks for dimension {number} of an array of {rank} dimensions.")
@@ -268,11 +265,8 @@ def _count(here: "Expressions", arg: Typed, x: t.Call) -> int | None:
         if not here.scope.whole.is_local and not here.names:
             raise here.error(x.at, f"a size of `{x.function}` must be a constant or parameter, and not vary.")
         return None
-    try:
-        size = int(here.context.value(arg.x))
-    except NotKnown:
-        return None
-    if arg.variability == PARAMETER:
+    size = here.context.known(arg.x)
+    if size is not None and arg.variability == PARAMETER:
         here.context.select(arg.x)
     return size
 
@@ -476,10 +470,9 @@ def _semilinear(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     if len(args) == 3 and args[1].variability <= PARAMETER:
-        with contextlib.suppress(NotKnown):
-            time, limit = here.context.value(args[1].x), here.context.value(args[2].x)
-            if time > limit:
-                raise here.error(x.at, f"the delay {time} is greater than its limit {limit}.")
+        time, limit = here.context.known(args[1].x), here.context.known(args[2].x)
+        if time is not None and limit is not None and time > limit:
+            raise here.error(x.at, f"the delay {time} is greater than its limit {limit}.")
     return _made(name, args, args[0].type, args[0].dims, args[0].variability)
 
 
@@ -499,8 +492,8 @@ def _text(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     is_literal = args[0].type.name == "enumeration"
     text = _literal_name(args[0]) if is_literal else e.Text(args[0].x)
     if x.named and variability <= PARAMETER:
-        with contextlib.suppress(NotKnown):
-            values = [here.context.value(x) for x in (text if is_literal else args[0].x, *(arg.x for arg in args[1:]))]
+        values = [here.context.known(x) for x in (text if is_literal else args[0].x, *(arg.x for arg in args[1:]))]
+        if not any(value is None for value in values):
             for arg in args:
                 here.context.select(arg.x)
             return constant(_formatted(values[0], dict(zip([key for key, _ in x.named], values[1:], strict=True))))

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from ..._errors import suggestion
 from .._syntax import expressions as e
-from .._translate.scope import NotKnown
 from . import builtins, references
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance
@@ -116,16 +115,11 @@ def _enumeration(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     value = here.single(x.args[0])
     if value.type.name != "Integer" or value.dims:
         raise here.error(x.at, f"the conversion to {instance.name} needs an Integer, not {value.type}.")
-    if value.variability <= PARAMETER:
-        try:
-            number = int(here.context.value(value.x))
-        except NotKnown:
-            number = None
-        if number is not None:
-            if not 1 <= number <= len(instance.literals or ()):
-                raise here.error(x.at, f"{instance.name} has no literal with the number {number}.")
-            if value.variability == CONSTANT:
-                return references.literal(here, instance, number)
+    if value.variability <= PARAMETER and (number := here.context.known(value.x)) is not None:
+        if not 1 <= number <= len(instance.literals or ()):
+            raise here.error(x.at, f"{instance.name} has no literal with the number {number}.")
+        if value.variability == CONSTANT:
+            return references.literal(here, instance, number)
     return value._replace(type=Type("enumeration", instance.origin()))
 
 

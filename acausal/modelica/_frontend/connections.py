@@ -1,12 +1,12 @@
 """Connections (Modelica 3.6, section 9.2): the sets that `connect` makes, and their equations."""
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, TypeAlias
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
-from .._translate.scope import NotKnown
 from . import references
 from . import tree as t
 from .classes import ComponentElement, Instance
@@ -226,20 +226,10 @@ class Connections:
         sizes = [n or 0 for n in self.context.sizes(component)]
         subs, rest = here.subscripts(part, tuple(sizes), e.Ref(component.path))
         dims += [n or 0 for n in rest]
-        chosen: list[list[int]] = []
-        for sub, size in zip((*subs, *[e.Colon()] * (len(sizes) - len(subs))), sizes, strict=True):
-            if isinstance(sub, e.Colon):
-                chosen.append(list(range(1, size + 1)))
-                continue
-            try:
-                value = self.context.value(sub)
-            except NotKnown:
-                raise here.error(part.at, "a subscript in a connection must be known.") from None
-            chosen.append([int(i) for i in value] if hasattr(value, "__len__") else [int(value)])
-        found: list[Index] = [()]
-        for items in chosen:
-            found = [(*index, i) for index in found for i in items]
-        yield from found
+        chosen = [one for one in here.members(subs, sizes) if one is not None]
+        if len(chosen) < len(sizes):
+            raise here.error(part.at, "a subscript in a connection must be known.")
+        return itertools.product(*chosen)
 
     # Pairs of variables
 

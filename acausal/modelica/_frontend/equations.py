@@ -4,11 +4,8 @@ import dataclasses
 import itertools
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
-from .._translate.scope import NotKnown
 from . import tree as t
 from .algorithms import Statements, assertion, check_discrete, targets, when_condition
 from .calls import converted_to
@@ -209,9 +206,8 @@ class Equations:
         for condition, (_, body) in zip(conditions, x.branches, strict=True):
             if condition.variability > PARAMETER:
                 return None
-            try:
-                truth = self.here.context.value(condition.x)
-            except NotKnown:
+            truth = self.here.context.known(condition.x)
+            if truth is None:
                 return None
             self.here.context.select(condition.x)
             if truth:
@@ -326,7 +322,7 @@ class _WhenBody:
 
 def same_targets(here: Expressions, at: int, bodies: Sequence[e.Body], clause: str) -> None:
     """Raises `TextError` for branches that give values to different variables (section 8.3.5.2)."""
-    first, *rest = [{name for one in targets(body) for name in _elements(here, one)} for body in bodies]
+    first, *rest = [{name for one in targets(body) for name in _elements(here, at, one)} for body in bodies]
     for other in rest:
         if first != other:
             name = sorted(first ^ other)[0]
@@ -335,15 +331,13 @@ def same_targets(here: Expressions, at: int, bodies: Sequence[e.Body], clause: s
             )
 
 
-def _elements(here: Expressions, target: e.Target) -> Iterator[str]:
+def _elements(here: Expressions, at: int, target: e.Target) -> Iterator[str]:
     """The elements of a variable that a statement assigns."""
     component = here.context.find(target.name)
     sizes = [] if component is None else [n or 0 for n in here.context.sizes(component)]
-    chosen: list[list[int]] = []
-    for i, size in enumerate(sizes):
-        sub = target.subs[i] if i < len(target.subs) else e.Colon()
-        every = range(1, size + 1) if isinstance(sub, e.Colon) else np.atleast_1d(here.context.value(sub))
-        chosen.append([int(one) for one in every])
+    chosen = [one for one in here.members(target.subs, sizes) if one is not None]
+    if len(chosen) < len(sizes):
+        raise here.error(at, f"a subscript of {target.name} must be known here.")
     for index in itertools.product(*chosen):
         yield f"{target.name}{list(index) or ''}"
 

@@ -1,9 +1,12 @@
 """Expressions (Modelica 3.6, chapters 3 and 10): from the tree to the flat model, with types and sizes."""
 
 import contextlib
+import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from .._syntax import expressions as e
 from .._translate.scope import NotKnown
@@ -100,11 +103,13 @@ class Expressions:
 
     def known(self, x: t.Expression, what: str) -> Any:
         """The value of an expression that must be known when the model is flattened."""
-        found = self.single(x)
+        return self.needed(self.single(x), x.at, what)
+
+    def needed(self, value: Typed, at: int, what: str) -> Any:
         try:
-            return self.context.value(found.x)
+            return self.context.value(value.x)
         except NotKnown as missing:
-            raise self.error(x.at, f"{what} needs a value that is not known: {missing}.") from None
+            raise self.error(at, f"{what} needs a value that is not known: {missing}.") from None
 
     def _literal(self, x: t.Literal) -> Typed:
         value = x.value
@@ -170,6 +175,19 @@ class Expressions:
             rest += value.dims
         return tuple(found), [*rest, *dims[len(part.subs) :]]
 
+    def members(self, subs: Sequence[e.Expression], sizes: Sequence[int]) -> list[Sequence[int] | None]:
+        """The indices that subscripts choose in each dimension of an array; None for a single index that varies."""
+        found: list[Sequence[int] | None] = []
+        for sub, size in itertools.zip_longest(subs, sizes):
+            if sub is None or isinstance(sub, e.Colon):
+                found.append(range(1, size + 1))
+            elif isinstance(sub, e.Const):
+                found.append([int(sub.value)])
+            else:
+                value = self.context.known(sub)
+                found.append(None if value is None or np.ndim(value) == 0 else [int(i) for i in value])
+        return found
+
     def _subscript(self, sub: t.Expression, end: Typed) -> Typed:
         self._ends.append(end)
         try:
@@ -188,9 +206,8 @@ class Expressions:
 
     def _evaluated(self, value: Typed) -> Typed:
         """A subscript as a number, if it is known."""
-        try:
-            number = self.context.value(value.x)
-        except NotKnown:
+        number = self.context.known(value.x)
+        if number is None:
             return value
         if value.dims:
             items = tuple(e.Const(int(i)) for i in number)
@@ -248,13 +265,11 @@ class Expressions:
     def _chosen(self, x: t.IfExpression, conditions: Sequence[Typed]) -> t.Expression | None:
         """The branch that the conditions choose, if they are known."""
         for condition, (_, value) in zip(conditions, x.branches, strict=True):
-            if condition.variability > PARAMETER:
+            truth = self.context.known(condition.x) if condition.variability <= PARAMETER else None
+            if truth is None:
                 return None
-            try:
-                if self.context.value(condition.x):
-                    return value
-            except NotKnown:
-                return None
+            if truth:
+                return value
         return x.otherwise
 
     def _alternatives(self, x: t.IfExpression, conditions: Sequence[Typed]) -> Typed:
@@ -460,11 +475,8 @@ class Expressions:
         if isinstance(found.x, e.ArrayOf):
             items = [Typed(item, kind, (), found.variability) for item in found.x.elements]
             return found, items
-        if found.variability > PARAMETER:
-            return found, None
-        try:
-            values = self.context.value(found.x)
-        except NotKnown:
+        values = self.context.known(found.x) if found.variability <= PARAMETER else None
+        if values is None:
             return found, None
         self.context.select(found.x)
         return found._replace(dims=(len(values),)), [self._value_as(kind, value) for value in values]

@@ -425,10 +425,9 @@ class _Flattening:
     def _fixed(self, component: ComponentElement, found: Typed | None, dims: Index) -> tuple[bool, ...]:
         if found is None:
             return ()
-        try:
-            value = self.context.value(found.x)
-        except NotKnown:
-            raise component.error(f"the attribute fixed of {component.name} is not known.") from None
+        value = self.context.known(found.x)
+        if value is None:
+            raise component.error(f"the attribute fixed of {component.name} is not known.")
         self.context.select(found.x)
         if component.variability == "constant" and not np.all(value):
             raise component.error(f"{component.name} is a constant, which cannot have fixed = false.")
@@ -437,10 +436,8 @@ class _Flattening:
 
     def _unit(self, found: Typed | None) -> str | None:
         """The unit of all elements; None if it is not known or they have several."""
-        try:
-            units: set[str] = set() if found is None else set(np.ravel(self.context.value(found.x)).tolist())
-        except NotKnown:
-            return None
+        value = None if found is None else self.context.known(found.x)
+        units = set() if value is None else set(np.ravel(value).tolist())
         unit = str(units.pop()) if len(units) == 1 else None
         return unit[1:-1] if unit and re.fullmatch(r"\([^()]*\)", unit) else unit  # section 19.1 allows parentheses
 

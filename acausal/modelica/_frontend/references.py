@@ -1,13 +1,12 @@
 """Component references (Modelica 3.6, sections 5.3 and 10.5): from names with subscripts to names of the flat model."""
 
 import dataclasses
+import itertools
 import re
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ..._errors import suggestion
 from .._syntax import expressions as e
-from .._translate.scope import NotKnown
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance
 from .modifiers import Index
@@ -285,21 +284,16 @@ class _Global:
         if len(known) < len(sizes):
             raise component.error(f"the size of {component.name} is not known.")
         subs, rest = self.here.subscripts(self.chain.parts[i], sizes, e.Ref(component.path), component)
-        chosen: list[list[int]] = []
-        outer: list[e.Expression] = []  # subscripts of the array that is written out
-        for sub, size in zip((*subs, *[e.Colon()] * (len(sizes) - len(subs))), known, strict=True):
-            if isinstance(sub, e.Const):
-                chosen.append([int(sub.value)])
-            elif (members := self._members(sub, size)) is not None:
-                chosen.append(members)
-                outer.append(e.Colon())
-            else:
-                chosen.append(list(range(1, size + 1)))
-                outer.append(sub)
+        every = (*subs, *[e.Colon()] * (len(sizes) - len(subs)))
+        members = self.here.members(every, known)
+        chosen = [range(1, size + 1) if one is None else one for one, size in zip(members, known, strict=True)]
+        # The subscripts of the array that is written out.
+        outer = [sub if one is None else e.Colon() for sub, one in zip(every, members, strict=True)
+                 if not isinstance(sub, e.Const)]  # fmt: skip
         inner_dims: list[int | None] = []
         items: list[e.Expression] = []
         sizes_found: set[Dims] = set()
-        for index in _product(chosen):
+        for index in itertools.product(*chosen):
             inner_dims = []
             items.append(self._member(i, component, index, inner_dims))
             sizes_found.add(tuple(inner_dims))
@@ -307,33 +301,15 @@ class _Global:
             raise self.here.error(self.at, f"the elements of {component.name} have different sizes here.")
         if not items:  # an empty array: its elements have the sizes of the prototype
             self._member(i, component, (), inner_dims)
-        written = [len(one) for one, sub in zip(chosen, (*subs, *[e.Colon()] * len(sizes)), strict=False)
-                   if not isinstance(sub, e.Const)]  # fmt: skip
+        written = [len(one) for one, sub in zip(chosen, every, strict=True) if not isinstance(sub, e.Const)]
         dims += [*rest, *inner_dims]
         x = nested(items, written)
         return x if all(isinstance(sub, e.Colon) for sub in outer) else e.Subscript(x, tuple(outer))
-
-    def _members(self, sub: e.Expression, size: int) -> list[int] | None:
-        """The indices of a slice; None for a single index that varies."""
-        if isinstance(sub, e.Colon):
-            return list(range(1, size + 1))
-        try:
-            value = self.here.context.value(sub)
-        except NotKnown:
-            return None
-        return [int(i) for i in value] if hasattr(value, "__len__") else None
 
 
 def _check_unconditional(here: "Expressions", component: ComponentElement, at: int) -> None:
     if component.condition is not None:
         raise here.error(at, f"{component.name} has a condition, and can be modified and connected only.")
-
-
-def _product(chosen: Sequence[list[int]]) -> list[Index]:
-    found: list[Index] = [()]
-    for members in chosen:
-        found = [(*index, i) for index in found for i in members]
-    return found
 
 
 def with_field(here: "Expressions", base: Typed, name: str, at: int) -> Typed:

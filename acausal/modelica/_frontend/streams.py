@@ -79,15 +79,8 @@ class Streams:
         return e.Builtin("Max", (into, e.Const(_SMALL)))
 
     def _limit(self, component: ComponentElement | None, name: str) -> float | None:
-        from .._translate.scope import NotKnown
-
         found = None if component is None else self._context.attribute(component, name)
-        if found is None:
-            return None
-        try:
-            return float(self._context.value(found.x))
-        except NotKnown:
-            return None
+        return None if found is None else self._context.known(found.x)
 
     def _flow(self, name: str) -> e.Ref:
         """The flow variable of the connector with a stream variable."""

@@ -1,6 +1,5 @@
 """Values that decide the structure of a model: sizes, conditions, ranges (Modelica 3.6, sections 4.4 to 4.6, 5.4)."""
 
-import contextlib
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
@@ -71,6 +70,13 @@ class Context:
             return x.value
         found = evaluate(x, Scope(self._library, locals=_Names(self)))
         return plain(found[0] if isinstance(found, tuple) else found)
+
+    def known(self, x: e.Expression) -> Value | None:
+        """The value of an expression, if it is known. Raises `ModelError` if it has none."""
+        try:
+            return self.value(x)
+        except NotKnown:
+            return None
 
     def select(self, x: e.Expression) -> None:
         """Notes that the structure of the model depends on a value."""
@@ -158,20 +164,14 @@ class Context:
             raise here.error(size.at, f"a size must be a scalar Integer, not {written(value)}.")
         if value.variability > 1 and not component.is_local:
             raise here.error(size.at, f"the size of {component.name} is not a constant or parameter.")
-        try:
-            number = int(self.value(value.x)) if value.variability <= 1 else None
-        except NotKnown as missing:
-            if component.is_local:
-                return None
-            raise here.error(
-                size.at, f"the size of {component.name} needs a value that is not known: {missing}."
-            ) from None
-        if number is None:
+        if not component.is_local:
+            number = here.needed(value, size.at, f"the size of {component.name}")
+        elif value.variability > 1 or (number := self.known(value.x)) is None:
             return None
         if number < 0:
             raise here.error(size.at, f"the size of {component.name} is {number}.")
         self.select(value.x)
-        return number
+        return int(number)
 
     def _is_class(self, here: Expressions, size: t.Reference) -> bool:
         if size.parts[0].name in here.names:
@@ -225,14 +225,9 @@ class Context:
         value = here.boolean(condition, f"the condition of {component.name}")
         if value.variability > 1:
             raise here.error(condition.at, f"the condition of {component.name} is not a constant or parameter.")
-        try:
-            truth = bool(self.value(value.x))
-        except NotKnown as missing:
-            raise here.error(
-                condition.at, f"the condition of {component.name} needs a value that is not known: {missing}."
-            ) from None
+        truth = here.needed(value, condition.at, f"the condition of {component.name}")
         self.select(value.x)
-        return truth
+        return bool(truth)
 
     def inner(self, component: ComponentElement, scope: Instance, at: int) -> ComponentElement:
         """The inner component of an outer one (section 5.4). Without one, the model gets a default one."""
@@ -432,9 +427,8 @@ class Context:
                 record = record._replace(x=e.Ref(path))
         x = field(record.x, name, names)
         sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
-        if None in sizes and record.variability <= 1:
-            with contextlib.suppress(NotKnown):
-                sizes = _shape(self.value(x))[len(record.dims) :][: len(sizes)]
+        if None in sizes and record.variability <= 1 and (value := self.known(x)) is not None:
+            sizes = _shape(value)[len(record.dims) :][: len(sizes)]
         kind = type_of(inner.prototype)
         variability = limited(min(record.variability, VARIABILITY[inner.variability]), kind)
         return Typed(x, kind, (*record.dims, *sizes), variability)

@@ -1,6 +1,7 @@
 """Expressions of the flat model with their types, sizes and variability (Modelica 3.6, sections 3.8 and 6.7)."""
 
 import dataclasses
+import itertools
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -124,12 +125,7 @@ def written_dims(dims: Dims) -> str:
 
 def indices(dims: Sequence[int]) -> Iterator[tuple[int, ...]]:
     """All indices of an array, the last one fastest."""
-    if not dims:
-        yield ()
-        return
-    for first in range(1, dims[0] + 1):
-        for rest in indices(dims[1:]):
-            yield (first, *rest)
+    return itertools.product(*(range(1, n + 1) for n in dims))
 
 
 def nested(elements: Sequence[e.Expression], dims: Sequence[int]) -> e.Expression:
