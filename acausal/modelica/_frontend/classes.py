@@ -15,7 +15,7 @@ from .._errors import ModelicaError
 from . import restrictions
 from . import tree as t
 from .library import Definition, Libraries
-from .modifiers import Index, Modifier, Redeclaration, connection_text, merged, modifier_of, redeclaration_of
+from .modifiers import Index, Modifier, connection_text, merged, modifier_of, redeclaration_of
 from .parse import parse
 from .source import Source, TextError
 
@@ -348,9 +348,10 @@ class Instance:
         if outer.redeclaration and tree.is_final:
             raise outer.error(f"{name} cannot be redeclared, because it is final.")
         last = redeclaration.below.redeclaration if redeclaration and redeclaration.below else None
-        if redeclaration and not (last.element if last else tree).is_replaceable:
-            if isinstance(tree, t.Component) and self._is_restricted(tree, redeclaration):
-                return
+        before, scope = (last.element, last.scope) if last else (tree, self)
+        if redeclaration and not (
+            before.is_replaceable or _have_one_class(before, scope, redeclaration.element, redeclaration.scope)
+        ):
             raise outer.error(f"{name} cannot be redeclared, because it is not replaceable.")
         if tree.is_final and (outer.binding or outer.elements):
             raise outer.error(f"the modifier changes {name}, which is final.")
@@ -360,14 +361,6 @@ class Instance:
             and _is_outside(outer.scope, self)
         ):
             raise outer.error(f"the modifier changes {name}, which is protected.")
-
-    def _is_restricted(self, tree: t.Component, redeclaration: Redeclaration) -> bool:
-        """Whether a redeclaration has the class of the declaration, so that it changes prefixes and sizes only."""
-        new = redeclaration.element
-        if not isinstance(new, t.Component):
-            return False
-        own, other = self.find_class(tree.type), redeclaration.scope.find_class(new.type)
-        return own.target().definition.tree is other.target().definition.tree
 
     def _component(self, tree: t.Component) -> "ComponentElement":
         """The component of a declaration, or what a modifier makes of it."""
@@ -982,11 +975,31 @@ def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentEl
         return False
     if a.tree is b.tree:
         return True
+    if isinstance(a, ClassElement) and isinstance(b, ClassElement):
+        return a.target() is b.target() or _have_one_text(a.tree, b.tree)
     if isinstance(a, ClassElement) or isinstance(b, ClassElement):
-        return _have_one_text(a.tree, b.tree)
+        return False
     same = a.type.definition.tree is b.type.definition.tree or a.type.path == b.type.path
     same = same and _have_one_text((a.tree.dims, a.tree.condition), (b.tree.dims, b.tree.condition))
     return same and all(a.prefix(name) == b.prefix(name) for name in ("variability", "causality", "connection"))
+
+
+def _have_one_class(a: t.Class | t.Component, a_scope: Instance, b: t.Class | t.Component, b_scope: Instance) -> bool:
+    """Whether a redeclaration leaves a component its class, and changes prefixes and sizes only, or leaves a class
+    another name for the same one, and changes nothing.
+    """
+    if isinstance(a, t.Component) and isinstance(b, t.Component):
+        own, other = a_scope.find_class(a.type).target(), b_scope.find_class(b.type).target()
+        return own.definition.tree is other.definition.tree
+    if (
+        isinstance(a, t.Class)
+        and isinstance(b, t.Class)
+        and isinstance(a.body, t.Short)
+        and isinstance(b.body, t.Short)
+    ):
+        plain = not (a.body.modification or a.body.dims or b.body.modification or b.body.dims)
+        return plain and a_scope.find_class(a.body.type).target() is b_scope.find_class(b.body.type).target()
+    return False
 
 
 def _values(modifier: Modifier | None) -> tuple[object, ...]:

@@ -24,6 +24,12 @@ package K
   DECLARED
 end K;
 """
+# Classes whose package is not replaceable, and a constraint that redeclares it
+SALTED = (
+    "model Salted extends Pipe(redeclare package M = Salt); end Salted; "
+    "model Line replaceable Pipe t constrainedby Pipe(redeclare package M = Salt); end Line; "
+    "model Sensor replaceable package M = Salt; end Sensor;"
+)
 
 
 def values(declared: str) -> dict[str, str | None]:
@@ -143,6 +149,15 @@ def test_redeclared_elements_in_arrays_keep_modifiers(declared: str, expected: l
         ("model Y Plant s(M(k = 6)); end Y; model X Y y(s(redeclare package M = Salt)); end X;", "6.0", "7.0"),
         ("model Y extends Plant(M(k = 6)); end Y; model X Y s[2](redeclare each package M = Salt); end X;",
          "6.0", "7.0"),
+        # A redeclaration of a package that is not replaceable, by what it is already, changes nothing
+        (f"{SALTED} model X extends Line(redeclare Salted t); end X;", "10.0", "20.0"),
+        (f"{SALTED} model X extends Line(redeclare Pipe t(redeclare package M = Salt)); end X;", "10.0", "20.0"),
+        (f"{SALTED} model X extends Salted(redeclare package M = Salt); end X;", "10.0", "20.0"),
+        # Two base classes may have a package of one name if it is the same one
+        (f"{SALTED} model X extends Pipe(redeclare replaceable package M = Salt); extends Sensor; end X;", "10.0",
+         "20.0"),
+        (f"{SALTED} model Y extends Pipe(redeclare replaceable package M = Salt); extends Sensor; end Y; "
+         "model X extends Y(redeclare package M = Medium); end X;", "1.0", "2.0"),
     ],
 )  # fmt: skip
 def test_redeclared_packages_keep_modifiers(declared: str, k: str, l: str) -> None:  # noqa: E741
@@ -159,6 +174,10 @@ def test_redeclared_packages_keep_modifiers(declared: str, k: str, l: str) -> No
         ("model Y extends Short(redeclare replaceable model T = B constrainedby B); end Y; "
          "model X Y s(redeclare model T = A); end X;", "T has no c, as B has"),
         ("Plain s(T(a = 7), redeclare model T = B(b = 8));", "modifies T twice"),
+        (f"{SALTED} model X extends Salted(redeclare package M = Medium); end X;", "M cannot be redeclared"),
+        (f"{SALTED} model Watered extends Pipe(redeclare package M = Medium); end Watered; "
+         "model X extends Line(redeclare Watered t); end X;", "M cannot be redeclared"),
+        (f"{SALTED} model X extends Pipe; extends Sensor; end X;", "two elements M that differ"),
     ],
 )  # fmt: skip
 def test_what_constraints_forbid_is_refused(declared: str, message: str) -> None:
