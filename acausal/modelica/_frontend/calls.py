@@ -11,14 +11,19 @@ from .classes import ClassElement, ComponentElement, Instance
 from .source import TextError
 from .typed import (
     CONSTANT,
+    CONTINUOUS,
+    DISCRETE,
     NONE,
     PARAMETER,
     Dims,
     Type,
     Typed,
     accepts,
+    element,
+    indices,
     is_external_object,
     limited,
+    nested,
     same_dims,
     type_of,
     written_dims,
@@ -78,24 +83,41 @@ def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     inputs = [one for one in instance.components() if one.causality == "input"]
     given = _matched(here, instance.name, inputs, x)
     functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}
-    name = here.context.functions.request(instance, functions)
     bound = [item for arg in functions.values() for item in arg.results]
     ordered = _in_order(here, instance, inputs, given)
     values = bound + [arg for arg in ordered if arg.type.name != "function"]
     lifted = _lifted(here, inputs, given, x)
-    outputs = [one for one in instance.components() if one.causality == "output"]
-    if lifted and len(outputs) != 1:
+    found = _called(here, instance, given, values, functions, lifted)
+    if lifted and len(found.results) != 1:
         raise here.error(
-            x.at, f"{instance.name} has {len(outputs)} results, and cannot be called with arrays for scalars."
+            x.at, f"{instance.name} has {len(found.results)} results, and cannot be called with arrays for scalars."
         )
+    return found
+
+
+def _called(
+    here: "Expressions",
+    instance: Instance,
+    given: Mapping[str, Typed],
+    values: Sequence[Typed],
+    functions: Mapping[str, Typed],
+    lifted: Dims = (),
+) -> Typed:
+    """The results of a function for `given` inputs. `values` are its arguments by position, without `functions`."""
+    name = here.context.functions.request(instance, functions)
+    found = e.FunctionCall(name, tuple(arg.x for arg in values))
     variability = max((arg.variability for arg in values), default=CONSTANT)
     if instance.tree.is_impure:
-        variability = max(variability, 2)
-    found = e.FunctionCall(name, tuple(arg.x for arg in values))
-    results = tuple(_result(here, instance, one, given, lifted, variability, found) for one in outputs)
-    if not results:
-        return Typed(found, NONE, (), variability)
-    return results[0]._replace(results=results)
+        variability = max(variability, DISCRETE)
+    results: list[Typed] = []
+    for one in instance.components():
+        if one.causality == "output":
+            sizes = here.context.sizes(one)
+            if None in sizes:
+                sizes = here.context.sizes_for(one, given)
+            kind = type_of(one.prototype)
+            results.append(Typed(found, kind, (*lifted, *sizes), limited(variability, kind)))
+    return results[0]._replace(results=tuple(results)) if results else Typed(found, NONE, (), variability)
 
 
 def _builtin_name(instance: Instance) -> str | None:
@@ -123,23 +145,6 @@ def _enumeration(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     return value._replace(type=Type("enumeration", instance.origin()))
 
 
-def _result(
-    here: "Expressions",
-    instance: Instance,
-    output: ComponentElement,
-    given: Mapping[str, Typed],
-    lifted: Dims,
-    variability: int,
-    found: e.FunctionCall,
-) -> Typed:
-    kind = type_of(output.prototype)
-    variability = limited(variability, kind)
-    known = tuple(here.context.sizes(output))
-    if None in known:
-        known = tuple(here.context.sizes_with(output, given))
-    return Typed(found, kind, (*lifted, *known), variability)
-
-
 def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement], x: t.Call) -> dict[str, Typed]:
     """The arguments by the names of the inputs."""
     formals = {one.name: one for one in inputs}
@@ -154,8 +159,7 @@ def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement],
             raise here.error(text.at, f"the input {key} of {name} gets two arguments.")
         given[key] = _argument(here, name, formals[key], text)
     for key, formal in formals.items():
-        has_default = formal.modifier is not None and formal.modifier.binding is not None
-        if key not in given and not has_default and not _has_fields(formal):
+        if key not in given and not formal.binding and not _has_fields(formal):
             raise here.error(x.at, f"the input {key} of {name} gets no argument.")
     return given
 
@@ -163,8 +167,7 @@ def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement],
 def _has_fields(formal: ComponentElement) -> bool:
     """Whether the modifier of a record gives the values of its fields."""
     return type_of(formal.prototype).name == "record" and all(
-        (one.modifier is not None and one.modifier.binding is not None) or _has_fields(one)
-        for one in formal.prototype.components()
+        one.binding or _has_fields(one) for one in formal.prototype.components()
     )
 
 
@@ -223,12 +226,8 @@ def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:
     inputs = [one for one in instance.components() if one.causality == "input"]
     free = [one for one in inputs if one.name not in values]
     given = {**_matched(here, instance.name, free, x), **values}
-    name = here.context.functions.request(instance, {})
-    ordered = _in_order(here, instance, inputs, given)
-    outputs = [one for one in instance.components() if one.causality == "output"]
-    found = e.FunctionCall(name, tuple(arg.x for arg in ordered))
-    results = tuple(_result(here, instance, one, given, (), 3, found) for one in outputs)
-    return results[0]._replace(results=results) if results else Typed(found, NONE)
+    found = _called(here, instance, given, _in_order(here, instance, inputs, given), {})
+    return found._replace(variability=limited(CONTINUOUS, found.type))
 
 
 def _in_order(
@@ -250,17 +249,15 @@ def _in_order(
 
 def reads_component(formal: ComponentElement) -> bool:
     """Whether the default of an input is the modifier of a component, whose variables it can read."""
-    binding = formal.modifier.binding if formal.modifier else None
-    return binding is not None and not binding.scope.whole.is_class
+    return formal.binding is not None and not formal.binding.scope.whole.is_class
 
 
 def _default(here: "Expressions", instance: Instance, formal: ComponentElement, given: Mapping[str, Typed]) -> Typed:
     value = here.context.default(formal, given)
     if value is None:
         raise formal.error(f"the input {formal.name} of {instance.name} has no default.")
-    binding = formal.modifier.binding if formal.modifier else None
-    if binding is not None and "time" in names_of(binding.expression):
-        raise binding.error("`time` is not allowed in functions.")
+    if formal.binding is not None and "time" in names_of(formal.binding.expression):
+        raise formal.binding.error("`time` is not allowed in functions.")
     return value
 
 
@@ -279,49 +276,48 @@ def _lifted(here: "Expressions", inputs: Sequence[ComponentElement], given: Mapp
 
 def _record(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     """The constructor of a record (section 12.6)."""
-    fields = [one for one in instance.components() if not _is_fixed(one)]
-    given = _matched(here, instance.name, fields, x)
-    return _constructed(here, instance, given)
-
-
-def _is_fixed(field: ComponentElement) -> bool:
-    """Whether the constructor has no input for a field, because its value cannot change."""
-    has_value = field.modifier is not None and field.modifier.binding is not None
-    return has_value and (field.is_final or field.variability == "constant")
-
-
-def _constructed(here: "Expressions", instance: Instance, given: Mapping[str, Typed]) -> Typed:
-    name = here.context.functions.request_record(instance)
-    known = dict(given)
-    for one in instance.components():
-        _fill(here, instance, one, known, ())
-    values = [known[one.name] for one in instance.components()]
+    components = list(instance.components())
+    # A field whose value cannot change is no input.
+    fields = [one for one in components if not (one.binding and (one.is_final or one.variability == "constant"))]
+    known = _matched(here, instance.name, fields, x)
+    for one in in_order([one for one in components if one.name not in known]):
+        known[one.name] = _default(here, instance, one, known)
+    values = [known[one.name] for one in components]
     variability = max((value.variability for value in values), default=CONSTANT)
-    dims: Dims = ()
-    for one in instance.components():
-        value = known[one.name]
-        extra = len(value.dims) - len(here.context.formal_sizes(one))
-        dims = dims or value.dims[:extra]
-    if dims and None not in dims:
-        return _array_of_records(here, instance, known, dims, variability)
-    x = e.FunctionCall(name, tuple(value.x for value in values), True)
-    return Typed(x, Type("record", instance), dims, variability, tuple(values))
+    name = here.context.functions.request_record(instance)
+    ranks = [len(here.context.formal_sizes(one)) for one in components]
+    dims = _lifted(here, components, known, x)
+    if not dims or None in dims:
+        found = e.FunctionCall(name, tuple(value.x for value in values), True)
+        return Typed(found, Type("record", instance), dims, variability, tuple(values))
+    sizes = [n or 0 for n in dims]
+    items: list[e.Expression] = []
+    for index in indices(sizes):
+        subs = [e.Const(i) for i in index]
+        args = [
+            element(one.x, subs) if len(one.dims) > rank else one.x for one, rank in zip(values, ranks, strict=True)
+        ]
+        items.append(e.FunctionCall(name, tuple(args), True))
+    return Typed(nested(items, sizes), Type("record", instance), dims, variability)
 
 
-def _fill(
-    here: "Expressions", instance: Instance, field: ComponentElement, known: dict[str, Typed], around: tuple[str, ...]
-) -> None:
-    """Adds the default of a field, after those of other fields that it reads."""
-    if field.name in known:
-        return
-    if field.name in around:
-        raise field.error(f"the value of {field.name} depends on itself.")
-    binding = field.modifier.binding if field.modifier else None
-    for name in names_of(binding.expression) if binding else ():
-        other = instance.elements.get(name)
-        if isinstance(other, ComponentElement) and name not in known:
-            _fill(here, instance, other, known, (*around, field.name))
-    known[field.name] = _default(here, instance, field, known)
+def in_order(components: list[ComponentElement]) -> list[ComponentElement]:
+    """The variables of a function or record, each after those that its value reads (section 12.4.4)."""
+    known = {one.name: one for one in components}
+    found: dict[str, ComponentElement] = {}
+
+    def add(one: ComponentElement, around: tuple[str, ...]) -> None:
+        if one.name in around:
+            raise one.error(f"the value of {one.name} depends on itself.")
+        is_own = one.binding is not None and one.binding.scope.whole is one.holder.whole and one.name not in found
+        for name in names_of(one.binding.expression) if one.binding is not None and is_own else ():
+            if name in known:
+                add(known[name], (*around, one.name))
+        found.setdefault(one.name, one)
+
+    for one in components:
+        add(one, ())
+    return list(found.values())
 
 
 def names_of(x: object) -> list[str]:
@@ -332,26 +328,6 @@ def names_of(x: object) -> list[str]:
     for name in getattr(type(x), "__dataclass_fields__", ()):
         found += names_of(getattr(x, name))
     return found
-
-
-def _array_of_records(
-    here: "Expressions", instance: Instance, known: Mapping[str, Typed], dims: Dims, variability: int
-) -> Typed:
-    from .typed import element, indices, nested
-
-    name = here.context.functions.request_record(instance)
-    sizes = [n or 0 for n in dims]
-    items: list[e.Expression] = []
-    for index in indices(sizes):
-        subs = [e.Const(i) for i in index]
-        args = [
-            element(known[one.name].x, subs)
-            if len(known[one.name].dims) > len(here.context.formal_sizes(one))
-            else known[one.name].x
-            for one in instance.components()
-        ]
-        items.append(e.FunctionCall(name, tuple(args), True))
-    return Typed(nested(items, sizes), Type("record", instance), dims, variability)
 
 
 def _object(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
@@ -415,18 +391,14 @@ def functions_in(instance: Instance) -> list[Instance]:
 def call_values(here: "Expressions", function: Instance, args: Sequence[Typed]) -> Typed | None:
     """The call of a function of an operator with values; None if it does not fit exactly (section 14.4)."""
     inputs = [one for one in function.components() if one.causality == "input"]
-    needed = [one for one in inputs if one.modifier is None or one.modifier.binding is None]
+    needed = [one for one in inputs if not one.binding]
     if not len(needed) <= len(args) <= len(inputs):
         return None
     for one, arg in zip(inputs, args, strict=False):
         if not accepts(type_of(one.prototype), arg.type) or not same_dims(here.context.formal_sizes(one), arg.dims):
             return None
-    name = here.context.functions.request(function, {})
-    outputs = [one for one in function.components() if one.causality == "output"]
     given = {one.name: arg for one, arg in zip(inputs, args, strict=False)}
-    found = e.FunctionCall(name, tuple(arg.x for arg in args))
-    variability = max((arg.variability for arg in args), default=CONSTANT)
-    return _result(here, function, outputs[0], given, (), variability, found)
+    return _called(here, function, given, args, {})
 
 
 def converted_to(here: "Expressions", kind: Type, value: Typed, at: int) -> Typed | None:

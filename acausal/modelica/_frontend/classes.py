@@ -15,7 +15,7 @@ from .._errors import ModelicaError
 from . import restrictions
 from . import tree as t
 from .library import Definition, Libraries
-from .modifiers import Index, Modifier, connection_text, merged, modifier_of, redeclaration_of
+from .modifiers import Binding, Index, Modifier, connection_text, merged, modifier_of, redeclaration_of
 from .parse import parse
 from .source import Source, TextError
 
@@ -548,10 +548,10 @@ class Instance:
             found = found.bases[0]
         return found.modifier.elements if found.modifier else {}
 
-    def type_dims(self) -> "Iterator[tuple[Instance, tuple[t.Expression, ...]]]":
+    def type_dims(self) -> "Iterator[tuple[Instance, t.Expression]]":
         """Sizes that short definitions of the class state, each with its scope."""
-        if isinstance(self.tree.body, t.Short) and self.tree.body.dims:
-            yield self.encloser or self, self.tree.body.dims
+        for size in self.tree.body.dims if isinstance(self.tree.body, t.Short) else ():
+            yield self.encloser or self, size
         for base in self.bases:
             if isinstance(self.tree.body, t.Short) or base.builtin or base.literals is not None:
                 yield from base.type_dims()
@@ -765,6 +765,17 @@ class ComponentElement:
         if stated is None and self.replaced is not None:
             return self.replaced.constraint
         return self.scope.find_class((stated or self.tree).type)
+
+    @property
+    def binding(self) -> Binding | None:
+        return self.modifier.binding if self.modifier else None
+
+    def stated_sizes(self) -> list[tuple[Instance, t.Expression]]:
+        """The sizes in the text of the declaration and of its type, with the class instances that have them."""
+        declared = self
+        while declared.replaced is not None and not declared.tree.dims:
+            declared = declared.replaced
+        return [*((declared.scope, size) for size in declared.tree.dims), *self.prototype.type_dims()]
 
     @property
     def prototype(self) -> Instance:

@@ -75,7 +75,7 @@ class Expansion:
             before = known.dims or ()
             known.dims = tuple(max(a or 0, b) for a, b in zip(before, sizes, strict=False))
             return
-        rank = sum(len(dims) for _, dims in example.prototype.type_dims())
+        rank = len(list(example.prototype.type_dims()))
         own = sizes[: len(sizes) - rank] if rank else sizes
         tree = dataclasses.replace(
             example.tree,

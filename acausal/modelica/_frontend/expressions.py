@@ -465,7 +465,7 @@ class Expressions:
         if x.range is None:
             return self._implied(x, uses)
         if isinstance(x.range, t.Reference):
-            found = self._range_of_type(x.range)
+            found = self.range_of_type(x.range)
             if found is not None:
                 return found
         found = self.single(x.range)
@@ -488,7 +488,7 @@ class Expressions:
             return constant(bool(value))
         return constant(float(value) if kind == REAL else int(value))
 
-    def _range_of_type(self, ref: t.Reference) -> tuple[Typed, list[Typed]] | None:
+    def range_of_type(self, ref: t.Reference) -> tuple[Typed, list[Typed]] | None:
         """The values of an enumeration, or of Boolean, as a range."""
         found = None if ref.parts[0].name in self.names else references.find(self, ref)
         if not isinstance(found, ClassElement):

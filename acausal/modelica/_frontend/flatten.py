@@ -293,12 +293,8 @@ class _Flattening:
             raise component.error(f"the constant {component.name} has no value.")
         limit = VARIABILITY[variability] if kind == REAL else min(VARIABILITY[variability], DISCRETE)
         if binding is not None and binding.variability > limit and kind.name != "object":
-            at = (
-                component.modifier.binding.error
-                if component.modifier and component.modifier.binding
-                else component.error
-            )
-            raise at(f"{component.name} is a {variability or 'discrete variable'}, but its value varies.")
+            at = component.binding or component
+            raise at.error(f"{component.name} is a {variability or 'discrete variable'}, but its value varies.")
         attributes = (
             {name: self._attribute(component, name) for name in component.prototype.attributes()}
             if kind.name != "object"

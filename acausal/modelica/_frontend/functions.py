@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
 from . import tree as t
-from .calls import names_of, reads_component
+from .calls import in_order, reads_component
 from .classes import ComponentElement, Instance
 from .modifiers import bindings
 from .typed import CONSTANT, Typed, type_of
@@ -118,7 +118,7 @@ class Functions(Mapping[str, FlatFunction]):
         default = None if reads_component(component) else self._default(component, known or {})
         dims: list[e.Expression] = []
         sizes = self._context.formal_sizes(component)
-        for (scope, size), number in zip(self._context.stated_sizes(component), sizes, strict=True):
+        for (scope, size), number in zip(component.stated_sizes(), sizes, strict=True):
             if number is not None:
                 dims.append(e.Const(number))
             elif isinstance(size, t.Whole):
@@ -129,11 +129,10 @@ class Functions(Mapping[str, FlatFunction]):
 
     def _default(self, component: ComponentElement, known: Mapping[str, Typed]) -> Typed | None:
         """The value of a variable of a function before it gets another one; None if it has none."""
-        binding = component.modifier.binding if component.modifier else None
-        is_record = binding is None and type_of(component.prototype).name == "record"
-        if is_record and any(bindings(component.modifier)) and self._context.stated_sizes(component):
+        is_record = component.binding is None and type_of(component.prototype).name == "record"
+        if is_record and any(bindings(component.modifier)) and component.stated_sizes():
             raise component.error(f"{component.name} is an array of records with modifiers, which is not supported.")
-        if is_record and component.causality != "input" and not self._context.stated_sizes(component):
+        if is_record and component.causality != "input" and not component.stated_sizes():
             return self._context.record_of(component, known, is_open=True)
         return self._context.default(component, known)
 
@@ -176,26 +175,6 @@ def _bodies(base: Instance) -> list[t.Section | t.External]:
     if not isinstance(body, t.Long):
         return []
     return [*(one for one in body.sections if one.clauses), *([body.external] if body.external else [])]
-
-
-def in_order(components: list[ComponentElement]) -> list[ComponentElement]:
-    """The variables of a function, each after those that its value reads (section 12.4.4)."""
-    known = {one.name: one for one in components}
-    found: dict[str, ComponentElement] = {}
-
-    def add(one: ComponentElement, around: tuple[str, ...]) -> None:
-        if one.name in around:
-            raise one.error(f"the value of {one.name} depends on itself.")
-        binding = one.modifier.binding if one.modifier else None
-        is_own = binding is not None and binding.scope.whole is one.holder.whole and one.name not in found
-        for name in names_of(binding.expression) if binding is not None and is_own else ():
-            if name in known:
-                add(known[name], (*around, one.name))
-        found.setdefault(one.name, one)
-
-    for one in components:
-        add(one, ())
-    return list(found.values())
 
 
 def check_annotations(instance: Instance) -> None:

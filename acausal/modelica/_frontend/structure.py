@@ -1,5 +1,6 @@
 """Values that decide the structure of a model: sizes, conditions, ranges (Modelica 3.6, sections 4.4 to 4.6, 5.4)."""
 
+import contextlib
 import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, TypeAlias
@@ -13,9 +14,10 @@ from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
 from .._translate.values import Value, plain
 from . import tree as t
+from .calls import in_order
 from .classes import ClassElement, ComponentElement, Instance, Top
 from .expressions import Expressions
-from .functions import Functions, in_order
+from .functions import Functions
 from .modifiers import Binding, Index, Modifier
 from .operators import written
 from .references import literal
@@ -62,7 +64,7 @@ class Context:
         self._known: dict[str, tuple[ComponentElement, Index]] = {}
         self._library = Library(self.functions, _Names(self))
         self._values: dict[str, Value] = {}
-        self._pending: set[str] = set()
+        self._pending: set[tuple[str, str, int | None]] = set()
 
     def value(self, x: e.Expression) -> Value:
         """The value of an expression. Raises `NotKnown`, or `ModelError` if it has none."""
@@ -97,68 +99,49 @@ class Context:
     def sizes(self, component: ComponentElement) -> Dims:
         """The size of a component: None for sizes of a function that depend on its inputs."""
         if component.dims is None:
-            key = f"size {component.path}"
-            if key in self._pending:
-                raise component.error(f"the size of {component.name} depends on itself.")
-            self._pending.add(key)
-            try:
-                component.dims = self._sizes(component, {})
-            finally:
-                self._pending.discard(key)
+            with self._once(component, "size"):
+                component.dims = self.sizes_for(component, {})
         return component.dims
 
     def size(self, component: ComponentElement, i: int) -> int | None:
         """One size of a component, on which another one may depend."""
         if component.dims is not None or i >= len(component.tree.dims) or component.replaced is not None:
             return self.sizes(component)[i]
-        key = f"size {i} of {component.path}"
+        with self._once(component, "size", i):
+            return self._size(component, i, component.scope, component.tree.dims[i], {})
+
+    @contextlib.contextmanager
+    def _once(self, component: ComponentElement, what: str, i: int | None = None) -> Iterator[None]:
+        """Raises `TextError` for a property of a component that depends on itself."""
+        key = (component.path, what, i)
         if key in self._pending:
-            raise component.error(f"the size of {component.name} depends on itself.")
+            raise component.error(f"the {what} of {component.name} depends on itself.")
         self._pending.add(key)
         try:
-            size = component.tree.dims[i]
-            if isinstance(size, t.Whole):
-                return self._implied(component, i)
-            return self._size(component, component.scope, size, {})
+            yield
         finally:
             self._pending.discard(key)
 
-    def sizes_with(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
-        """The size of an output of a function for some inputs."""
-        return self._sizes(component, names)
-
-    def _sizes(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
-        declared = component
-        while declared.replaced is not None and not declared.tree.dims:
-            declared = declared.replaced
-        stated = [(declared.scope, size) for size in declared.tree.dims]
-        for scope, sizes in component.prototype.type_dims():
-            stated += [(scope, size) for size in sizes]
-        found: list[int | None] = []
-        for i, (scope, size) in enumerate(stated):
-            if isinstance(size, t.Whole):
-                found.append(self._implied(component, i))
-            else:
-                found.append(self._size(component, scope, size, names))
-        return tuple(found)
+    def sizes_for(self, component: ComponentElement, names: Mapping[str, Typed]) -> Dims:
+        """The size of a component, or of an output of a function for some inputs."""
+        stated = enumerate(component.stated_sizes())
+        return tuple(self._size(component, i, scope, size, names) for i, (scope, size) in stated)
 
     def index_range(self, component: ComponentElement, i: int) -> tuple[Typed, list[Typed]] | None:
         """The values of a subscript of a component whose size is an enumeration or Boolean; None for a number."""
         sizes = component.tree.dims
         if i < len(sizes) and isinstance(size := sizes[i], t.Reference):
-            here = Expressions(self, component.scope)
-            if self._is_class(here, size):
-                return here._range_of_type(size)
+            return Expressions(self, component.scope).range_of_type(size)
         return None
 
     def _size(
-        self, component: ComponentElement, scope: Instance, size: t.Expression, names: Mapping[str, Typed]
+        self, component: ComponentElement, i: int, scope: Instance, size: t.Expression, names: Mapping[str, Typed]
     ) -> int | None:
+        if isinstance(size, t.Whole):
+            return self._implied(component, i)
         here = Expressions(self, scope, names)
-        if isinstance(size, t.Reference):
-            counted = here._range_of_type(size) if self._is_class(here, size) else None
-            if counted is not None:
-                return counted[0].dims[0]
+        if isinstance(size, t.Reference) and (counted := here.range_of_type(size)) is not None:
+            return counted[0].dims[0]
         value = here.single(size)
         if value.type.name != "Integer" or value.dims:
             raise here.error(size.at, f"a size must be a scalar Integer, not {written(value)}.")
@@ -172,16 +155,6 @@ class Context:
             raise here.error(size.at, f"the size of {component.name} is {number}.")
         self.select(value.x)
         return int(number)
-
-    def _is_class(self, here: Expressions, size: t.Reference) -> bool:
-        if size.parts[0].name in here.names:
-            return False
-        found = here.scope.find(size.parts[0].name)
-        if not isinstance(found, ClassElement):
-            return False
-        from .references import find
-
-        return isinstance(find(here, size), ClassElement)
 
     def _implied(self, component: ComponentElement, i: int) -> int | None:
         """A size `:`, from the value of the component."""
@@ -301,14 +274,8 @@ class Context:
     def binding(self, component: ComponentElement) -> Typed | None:
         """The value of a component in its declaration or a modifier, of the type and size of the component."""
         if "binding" not in component.marks:
-            key = f"binding {component.path}"
-            if key in self._pending:
-                raise component.error(f"the value of {component.name} depends on itself.")
-            self._pending.add(key)
-            try:
+            with self._once(component, "value"):
                 component.marks["binding"] = self._checked_binding(component)
-            finally:
-                self._pending.discard(key)
         return component.marks["binding"]
 
     def _checked_binding(self, component: ComponentElement) -> Typed | None:
@@ -318,8 +285,7 @@ class Context:
         kind = type_of(component.prototype)
         if kind.name == "component":
             raise component.error(f"{component.name} is a {component.prototype.kind}, which has no value.")
-        place = component.modifier.binding if component.modifier and component.modifier.binding else None
-        error = place.error if place else component.error
+        error = (component.binding or component).error
         if not accepts(kind, value.type):
             raise error(f"{component.name} is of type {kind}, but its value is of type {value.type}.")
         dims = self.sizes(component)
@@ -340,7 +306,7 @@ class Context:
         return component.marks["own"]
 
     def _found_binding(self, component: ComponentElement) -> Typed | None:
-        own = component.modifier.binding if component.modifier else None
+        own = component.binding
         if own is None or not self._has_own(component):
             found = self._from_record(component)
             if found is not None:
@@ -351,7 +317,7 @@ class Context:
 
     def stated(self, component: ComponentElement) -> SourcePlace:
         """Where the value of a component is stated that has one."""
-        own = component.modifier.binding if component.modifier else None
+        own = component.binding
         record = component.parent
         if record is not None and (own is None or (not self._has_own(component) and self._from_record(component))):
             return self.stated(record)
@@ -447,15 +413,8 @@ class Context:
         """The size of an input of a function, or of a field of a record, as far as it is the same for all values."""
         if component.is_local:
             return self.sizes(component)
-        sizes = self.stated_sizes(component)
-        return tuple(int(size.value) if isinstance(size, t.Literal) else None for _, size in sizes)
-
-    def stated_sizes(self, component: ComponentElement) -> list[tuple[Instance, t.Expression]]:
-        """The sizes in the text of a declaration and of its type, with the class instances that have them."""
-        found: list[tuple[Instance, t.Expression]] = [(component.scope, size) for size in component.tree.dims]
-        for scope, sizes in component.prototype.type_dims():
-            found += [(scope, size) for size in sizes]
-        return found
+        stated = component.stated_sizes()
+        return tuple(int(size.value) if isinstance(size, t.Literal) else None for _, size in stated)
 
     def attribute(self, component: ComponentElement, name: str) -> Typed | None:
         """The value of an attribute, such as `start`."""
@@ -470,7 +429,7 @@ class Context:
         """The default of an input of a function or constructor, for some other inputs. `around` are the fields of the
         records around it.
         """
-        binding = formal.modifier.binding if formal.modifier else None
+        binding = formal.binding
         if binding is not None:
             known = (around or {}).get(binding.scope.whole, names)
             return Expressions(self, binding.scope, known).single(binding.expression)
@@ -510,7 +469,7 @@ class Context:
         value = constant(ZEROS[kind.name])._replace(type=kind) if kind.name in ZEROS else None
         if kind.name == "record":
             value = self.record_of(field, names, around, is_open=True)
-        sizes = self.stated_sizes(field)
+        sizes = field.stated_sizes()
         if value is None or not sizes:
             return value
         if any(isinstance(size, t.Whole) for _, size in sizes):
@@ -525,13 +484,8 @@ class Context:
             return self._values[path]
         if component.variability not in ("constant", "parameter"):
             raise NotKnown(f"{path} is a variable")
-        if path in self._pending:
-            raise component.error(f"the value of {path} depends on itself.")
-        self._pending.add(path)
-        try:
+        with self._once(component, "value", 0):
             self._values[path] = self._value(component)
-        finally:
-            self._pending.discard(path)
         return self._values[path]
 
     def _value(self, component: ComponentElement) -> Value:
