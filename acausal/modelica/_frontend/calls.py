@@ -22,7 +22,6 @@ from .typed import (
     element,
     indices,
     is_external_object,
-    limited,
     nested,
     same_dims,
     type_of,
@@ -115,8 +114,7 @@ def _called(
             sizes = here.context.sizes(one)
             if None in sizes:
                 sizes = here.context.sizes_for(one, given)
-            kind = type_of(one.prototype)
-            results.append(Typed(found, kind, (*lifted, *sizes), limited(variability, kind)))
+            results.append(Typed(found, type_of(one.prototype), (*lifted, *sizes), variability))
     return results[0]._replace(results=tuple(results)) if results else Typed(found, NONE, (), variability)
 
 
@@ -227,7 +225,7 @@ def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:
     free = [one for one in inputs if one.name not in values]
     given = {**_matched(here, instance.name, free, x), **values}
     found = _called(here, instance, given, _in_order(here, instance, inputs, given), {})
-    return found._replace(variability=limited(CONTINUOUS, found.type))
+    return found._replace(variability=CONTINUOUS)
 
 
 def _in_order(

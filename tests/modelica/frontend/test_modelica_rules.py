@@ -135,6 +135,10 @@ VARIABILITY = [
     ("model M Real x = time; Boolean b = noEvent(x > 1); end M;", "b is a discrete variable, but its value varies"),
     ("model M Boolean b; equation b = noEvent(time > 1); end M;", "this variable is discrete"),
     ("model M discrete Real x; algorithm x := time; end M;", "this variable is discrete"),
+    ("function f input Real x; output Integer y; algorithm y := integer(x); end f; model M Integer i = f(time); end M;",
+     "i is a discrete variable, but its value varies"),
+    ("function f input Real x; output Boolean y; algorithm y := x > 1; end f; "
+     "model M equation when f(time) then end when; end M;", "`when` must be discrete"),
     ("model M Integer i = 1; Real y = der(i); end M;", "`der` needs a continuous value"),
     ("model M Real x, y = der(x); equation when time > 1 then x = 1; end when; end M;", "`der` needs a continuous"),
     ("model M Real x = time; equation when pre(x) > 1 then end when; end M;", "`pre` of a continuous variable"),
