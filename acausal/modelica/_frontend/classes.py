@@ -63,11 +63,10 @@ class ClassElement:
     kept: Modifier | None = None
     extended: "ClassElement | None" = None
     is_protected: bool = False
-    original: "ClassElement | None" = None  # the one that a redeclaration has replaced
+    replaced: "ClassElement | None" = None  # by a redeclaration
     _definition: Definition | None = None
     _instance: "Instance | None" = None
     _pending: bool = False
-    _checked: bool = False  # against the constraint
 
     @property
     def definition(self) -> Definition:
@@ -86,16 +85,15 @@ class ClassElement:
     @property
     def instance(self) -> "Instance":
         """The class itself, as a package or a function is used."""
-        found = self.target()
-        if found._instance is None:
-            found._instance = Instance(found, found.modifier, found.path, None)
-            found._instance.is_class = True
-        if not self._checked:
-            self._checked = True
-            _check_constraint(
-                self, found._instance, self.original, lambda text: self.definition.source.error(self.tree.at, text)
-            )
-        return found._instance
+        if self._instance is None:
+            found = self.target()
+            if found is not self:
+                self._instance = found.instance
+            else:
+                self._instance = Instance(self, self.modifier, self.path, None)
+                self._instance.is_class = True
+            _check_constraint(self, self._instance, lambda text: self.definition.source.error(self.tree.at, text))
+        return self._instance
 
     def target(self) -> "ClassElement":
         """The class that this one is another name for; itself if it is none."""
@@ -124,7 +122,7 @@ class ClassElement:
         stated = self.tree.constraint
         if stated is not None:
             return self.definition_scope.find_class(stated.type, self.definition.source)
-        return self.original.constraint if self.original is not None else self
+        return self.replaced.constraint if self.replaced is not None else self
 
     def keep(self, modifier: Modifier | None) -> None:
         """Adds the modifiers of the constraint."""
@@ -132,6 +130,16 @@ class ClassElement:
             self.kept = modifier
         else:
             self.modifier = merged(self.modifier, modifier)
+
+    def member(self, name: str, error: Callable[[str], Exception]) -> "ClassElement | ComponentElement":
+        """An element by its name, from outside of the class. Raises `error`."""
+        elements = self.instance.elements
+        found = elements.get(name)
+        if found is None:
+            raise error(f"{self.path} has no element {name}.{suggestion(name, list(elements))}")
+        if found.is_protected:
+            raise error(f"{name} is protected in {self.path}, and not accessible from outside.")
+        return found
 
     @property
     def is_partial(self) -> bool:
@@ -158,7 +166,7 @@ class ClassElement:
 
     def instantiate(self, modifier: Modifier | None, path: str, component: "ComponentElement | None") -> "Instance":
         """An instance with a further modifier, as the type of a component."""
-        if self.original is not None:
+        if self.replaced is not None:
             _ = self.instance  # which is checked
         return Instance(self, merged(modifier, self.modifier), path, component)
 
@@ -283,6 +291,9 @@ class Instance:
                 self._own[element.name] = self._class(element.name, lambda d=definition: d, element)
             else:
                 self._own[element.name] = self._component(element)
+        for name, outer in self.modifier.elements.items() if self.modifier else ():
+            if (found := self._own.get(name)) is not None:
+                self._own[name] = self._modified(found, found.tree, outer)
 
     def _stored(self, name: str) -> Definition:
         found = self.definition.load(name)
@@ -290,40 +301,44 @@ class Instance:
         return found
 
     def _class(self, name: str, load: Callable[[], Definition], tree: t.Class | None) -> ClassElement:
-        """The element of a class in the text, or what a modifier makes of it."""
-        outer = self.modifier.get(name) if self.modifier else None
         found = ClassElement(name, self, self, self.top, load, is_protected=tree.is_protected if tree else False)
         if tree is not None:
             found.keep(_constraint_modifier(tree, self))
-        return found if outer is None else self._modified_class(found, tree, outer)
+        return found
 
-    def _modified_class(self, found: ClassElement, tree: t.Class | None, outer: Modifier) -> ClassElement:
-        if tree is not None:
-            self._check_changed(found.name, tree, outer)
+    def _modified(
+        self, found: "ClassElement | ComponentElement", tree: t.Class | t.Component, outer: Modifier
+    ) -> "ClassElement | ComponentElement":
+        """What a modifier makes of the element that `tree` declares."""
+        self._check_changed(found.name, tree, outer)
         redeclaration, inside = outer.redeclaration, outer.without_redeclaration()
         if redeclaration is None:
-            if outer.binding is not None:
+            if outer.binding is not None and isinstance(found, ClassElement):
                 raise outer.error(f"{found.name} is a class, which `redeclare` replaces, not a value.")
             found.modifier = merged(inside, found.modifier)
             return found
-        if isinstance(redeclaration.element, t.Component):
-            raise outer.error(f"{found.name} is a class, and cannot be redeclared as a component.")
-        original, below, new = found, redeclaration.below, redeclaration.element
+        new, scope, below = redeclaration.element, redeclaration.scope, redeclaration.below
         if below is not None:
-            found = self._modified_class(found, tree, below)
-        definition = Definition(new, redeclaration.scope.source, None)
-        changed = ClassElement(
-            found.name, redeclaration.scope, self, self.top, lambda: definition, is_protected=found.is_protected
-        )
-        changed.original = found
-        changed.modifier = inside
-        kept = _constraint_modifier(new, redeclaration.scope)
-        if redeclaration.extends_itself:
-            changed.extended = found
-        else:
-            kept = merged(kept, self._kept(original.tree, below))
-        changed.keep(kept)
-        return changed
+            found = self._modified(found, tree, below)
+        kept = _constraint_modifier(new, scope)
+        if not redeclaration.extends_itself:
+            kept = merged(kept, self._kept(tree, below))
+        if isinstance(found, ClassElement) and isinstance(new, t.Class):
+            definition = Definition(new, scope.source)
+            changed = ClassElement(found.name, scope, self, self.top, lambda: definition, inside, replaced=found)
+            changed.is_protected = found.is_protected
+            changed.extended = found if redeclaration.extends_itself else None
+            changed.keep(kept)
+            return changed
+        if isinstance(found, ClassElement) or isinstance(new, t.Class):
+            own, other = ("class", "component") if isinstance(found, ClassElement) else ("component", "class")
+            raise outer.error(f"{found.name} is a {own}, and cannot be redeclared as a {other}.")
+        for prefix in ("connection", "causality", "variability"):
+            before, after = found.prefix(prefix), getattr(new, prefix)
+            is_less = prefix == "variability" and _VARIABILITIES[after] <= _VARIABILITIES[before]
+            if before and after and after != before and not is_less:
+                raise outer.error(f"{found.name} is declared {before}, and cannot become {after}.")
+        return ComponentElement(new, scope, merged(inside, merged(redeclaration.own, kept)), self, replaced=found)
 
     def _kept(self, tree: t.Class | t.Component, outer: Modifier | None) -> Modifier | None:
         """The modifiers that redeclarations of an element have, too: those of its constraint, or of a declaration
@@ -363,34 +378,10 @@ class Instance:
             raise outer.error(f"the modifier changes {name}, which is protected.")
 
     def _component(self, tree: t.Component) -> "ComponentElement":
-        """The component of a declaration, or what a modifier makes of it."""
-        outer = self.modifier.get(tree.name) if self.modifier else None
         own = modifier_of(tree.modification, self)
         if tree.is_final and own is not None:
             own = dataclasses.replace(own, is_final=True)
-        found = ComponentElement(tree, self, merged(own, _constraint_modifier(tree, self)), self)
-        return found if outer is None else self._modified_component(found, tree, outer)
-
-    def _modified_component(self, found: "ComponentElement", tree: t.Component, outer: Modifier) -> "ComponentElement":
-        self._check_changed(tree.name, tree, outer)
-        redeclaration, inside = outer.redeclaration, outer.without_redeclaration()
-        if redeclaration is None:
-            found.modifier = merged(inside, found.modifier)
-            return found
-        new = redeclaration.element
-        if isinstance(new, t.Class):
-            raise outer.error(f"{tree.name} is a component, and cannot be redeclared as a class.")
-        below = redeclaration.below
-        if below is not None:
-            found = self._modified_component(found, tree, below)
-        for prefix in ("connection", "causality", "variability"):
-            before, after = found.prefix(prefix), getattr(new, prefix)
-            is_less = prefix == "variability" and _VARIABILITIES[after] <= _VARIABILITIES[before]
-            if before and after and after != before and not is_less:
-                raise outer.error(f"{tree.name} is declared {before}, and cannot become {after}.")
-        kept = merged(_constraint_modifier(new, redeclaration.scope), self._kept(tree, below))
-        modifier = merged(inside, merged(redeclaration.own, kept))
-        return ComponentElement(new, redeclaration.scope, modifier, self, replaced=found)
+        return ComponentElement(tree, self, merged(own, _constraint_modifier(tree, self)), self)
 
     # Inheritance
 
@@ -461,8 +452,7 @@ class Instance:
             if name not in found:
                 raise modifier.error(f"no base class of {self.name} has {name} to redeclare.")
             assert modifier.redeclaration is not None
-            before = found[name]
-            before = before.replaced if isinstance(before, ComponentElement) else before.original
+            before = found[name].replaced
             if before is not None and before.is_protected != modifier.redeclaration.element.is_protected:
                 raise modifier.error(
                     f"{name} is protected either here or in the base class, and must be so in both or none."
@@ -698,16 +688,8 @@ def inside(
             raise source.error(at, f"{'.'.join(parts[:i])} is replaceable, and cannot be extended (section 7.1.4).")
         if not part:
             break
-        instance = found.instance
         found.check_inside(user, source, at)
-        inner = instance.elements.get(part)
-        if inner is not None and inner.is_protected:
-            raise source.error(at, f"{part} is protected in {'.'.join(parts[:i])}, and not accessible from outside.")
-        if inner is None:
-            raise source.error(
-                at, f"{'.'.join(parts[:i])} has no class {part}.{suggestion(part, list(instance.elements))}"
-            )
-        found = inner
+        found = found.member(part, ft.partial(source.error, at))
     if isinstance(found, ComponentElement):
         raise source.error(at, f"{'.'.join(parts)} is a component, not a class.")
     return found
@@ -755,7 +737,7 @@ class ComponentElement:
     def type(self) -> ClassElement:
         if self._type is None:
             self._type = self.scope.find_class(self.tree.type)
-            _check_constraint(self, self._type.instance, self.replaced, self.error)
+            _check_constraint(self, self._type.instance, self.error)
         return self._type
 
     @property
@@ -897,13 +879,10 @@ class Top:
         found: ClassElement | ComponentElement | None = self.find(parts[0])
         if found is None:
             raise self.unknown(parts, user, at, f"there is no class {'.'.join(parts)} to import", user.source)
-        for i, part in enumerate(parts[1:], 1):
-            inner = found.instance.elements.get(part) if isinstance(found, ClassElement) else None
-            if inner is None:
-                raise user.error(at, f"{'.'.join(parts[:i])} has no {part} to import.")
-            if inner.is_protected:
-                raise user.error(at, f"{part} is protected in {'.'.join(parts[:i])}, and cannot be imported.")
-            found = inner
+        for part in parts[1:]:
+            if isinstance(found, ComponentElement):
+                raise user.error(at, f"{found.path} is a component, from which nothing can be imported.")
+            found = found.member(part, ft.partial(user.error, at))
         return found
 
     def check_package(self, found: "ClassElement | ComponentElement", user: Instance, at: int) -> None:
@@ -940,14 +919,11 @@ class Top:
                 "Give its full name, and the folder of its library by roots=[...]."
             )
         element: ClassElement | ComponentElement = found
-        for i, part in enumerate(parts[1:], 1):
-            inner = element.instance.elements.get(part) if isinstance(element, ClassElement) else None
-            if inner is None:
-                known = list(element.instance.elements) if isinstance(element, ClassElement) else []
-                raise ModelicaError(f"{'.'.join(parts[:i])} has no {part}.{suggestion(part, known)}")
-            element = inner
-        if not isinstance(element, ClassElement):
-            raise ModelicaError(f"{name} is a component, not a model.")
+        for part in (*parts[1:], ""):
+            if isinstance(element, ComponentElement):
+                raise ModelicaError(f"{element.path} is a component, not a model.")
+            element = element.member(part, ModelicaError) if part else element
+        assert isinstance(element, ClassElement)
         wrapper = Source("<request>", "")
         scope = Instance(
             ClassElement("", None, None, self, lambda: Definition(_EMPTY, source or wrapper)), None, "", None
@@ -962,10 +938,8 @@ _EMPTY = parse(Source("<request>", "model request end request;")).classes[0]
 
 def annotation(modification: t.Modification | None, name: str) -> t.Expression | None:
     """The value of an annotation."""
-    for argument in modification.arguments if modification else ():
-        if isinstance(argument, t.ElementModification) and argument.name == (name,):
-            return argument.modification.value
-    return None
+    found = modification.named(name) if modification else []
+    return found[0].modification.value if found else None
 
 
 def _extends_itself(element: t.Component | t.Class) -> bool:
@@ -1036,17 +1010,12 @@ def _have_one_text(a: object, b: object) -> bool:
     return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
 
 
-def _check_constraint(
-    own: ClassElement | ComponentElement,
-    new: Instance,
-    replaced: ClassElement | ComponentElement | None,
-    error: Callable[[str], TextError],
-) -> None:
+def _check_constraint(own: ClassElement | ComponentElement, new: Instance, error: Callable[[str], TextError]) -> None:
     """Raises `error` for a class that does not fit its constraint, or that of what it replaces (section 7.3.2)."""
     if own.tree.constraint is not None:
         check_subtype(new, own.constraint.instance, error, "its constraint")
-    if replaced is not None:
-        wanted = replaced.constraint.instance
+    if own.replaced is not None:
+        wanted = own.replaced.constraint.instance
         check_subtype(own.constraint.instance if own.tree.constraint is not None else new, wanted, error)
 
 

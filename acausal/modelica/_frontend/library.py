@@ -122,21 +122,13 @@ class Libraries:
 def _uses(annotation: t.Modification | None) -> dict[str, str]:
     """The versions in the annotation `uses(Library(version="1.0"))`."""
     found: dict[str, str] = {}
-    for used in _arguments(annotation, "uses"):
+    for used in annotation.named("uses") if annotation else ():
         for library in used.modification.arguments:
             if isinstance(library, t.ElementModification):
-                versions = [one.modification.value for one in _arguments(library.modification, "version")]
+                versions = [one.modification.value for one in library.modification.named("version")]
                 stated = versions[0] if versions else None
                 found[library.name[0]] = str(stated.value) if isinstance(stated, t.Literal) else ""
     return found
-
-
-def _arguments(modification: t.Modification | None, name: str) -> list[t.ElementModification]:
-    return [
-        one
-        for one in (modification.arguments if modification else ())
-        if isinstance(one, t.ElementModification) and one.name == (name,)
-    ]
 
 
 def library_files(folders: Sequence[Path]) -> Iterator[Path]:

@@ -12,6 +12,8 @@ _KINDS = frozenset("class model block connector record type package function ope
 _PREFIXES = frozenset("partial encapsulated expandable pure impure final".split())
 _CLASS_STARTS = _KINDS | _PREFIXES - {"final"}
 _COMPONENT_STARTS = frozenset("flow stream discrete parameter constant input output name .".split())
+_ELEMENT_PREFIXES = ("redeclare", "final", "inner", "outer", "replaceable")  # in their order
+_NO_PREFIXES = dict.fromkeys((*(f"is_{word}" for word in _ELEMENT_PREFIXES), "is_protected"), False)
 # Annotations with a meaning for the equations. All others are skipped.
 KEPT = ("Evaluate", "derivative", "inverse", "missingInnerMessage", "uses", "version", "mustBeConnected", "smoothOrder")
 _HAS_KEPT = re.compile(rf"\b(?:{'|'.join(KEPT)})\b")
@@ -49,21 +51,11 @@ class _ClassParser(ClauseParser):
             is_final = self.accept("final")
             if self.kind not in _CLASS_STARTS:
                 raise self.unexpected("a class definition")
-            classes.append(self._class(is_final=is_final))
+            classes.append(self._class(_NO_PREFIXES | {"is_final": is_final}))
             self.expect(";", "after the class definition")
         return t.File(within, tuple(classes))
 
-    def _class(
-        self,
-        *,
-        is_final: bool = False,
-        is_redeclare: bool = False,
-        is_inner: bool = False,
-        is_outer: bool = False,
-        is_replaceable: bool = False,
-        is_protected: bool = False,
-        is_short: bool = False,
-    ) -> t.Class:
+    def _class(self, prefixes: dict[str, bool], *, is_short: bool = False) -> t.Class:
         is_encapsulated = self.accept("encapsulated")
         is_partial = self.accept("partial")
         kind, is_impure = self._class_kind()
@@ -80,25 +72,20 @@ class _ClassParser(ClauseParser):
             raise self.unexpected("`=` and the name of a class")
         else:
             body, annotation = self._long(name, is_class_extends)
-        constraint = self._constraint() if is_replaceable else None
+        constraint = self._constraint() if prefixes["is_replaceable"] else None
         if constraint is not None:
             annotation = self._comment_annotation() or annotation
         return t.Class(
-            name,
-            kind,
-            body,
-            is_partial,
-            is_encapsulated,
-            is_final,
-            is_redeclare,
-            is_inner,
-            is_outer,
-            is_replaceable,
-            is_protected,
-            is_impure,
-            constraint,
-            annotation,
-            at,
+            name=name,
+            kind=kind,
+            body=body,
+            is_partial=is_partial,
+            is_encapsulated=is_encapsulated,
+            is_impure=is_impure,
+            constraint=constraint,
+            annotation=annotation,
+            at=at,
+            **prefixes,
         )
 
     def _class_kind(self) -> tuple[str, bool]:
@@ -258,21 +245,14 @@ class _ClassParser(ClauseParser):
 
     def _declaration(self, is_protected: bool) -> list[t.Element]:
         """A class, or the components of a component clause, with the prefixes of elements."""
-        flags = {
-            "is_redeclare": self.accept("redeclare"),
-            "is_final": self.accept("final"),
-            "is_inner": self.accept("inner"),
-            "is_outer": self.accept("outer"),
-            "is_replaceable": self.accept("replaceable"),
-            "is_protected": is_protected,
-        }
+        prefixes = {f"is_{word}": self.accept(word) for word in _ELEMENT_PREFIXES} | {"is_protected": is_protected}
         if self.kind in _CLASS_STARTS:
-            return [self._class(**flags)]
+            return [self._class(prefixes)]
         if self.kind not in _COMPONENT_STARTS:
             raise self.unexpected("a declaration, `equation`, `algorithm` or `end`")
-        return list(self._components(flags, is_single=False))
+        return list(self._components(prefixes, is_single=False))
 
-    def _components(self, flags: dict[str, bool], *, is_single: bool) -> list[t.Component]:
+    def _components(self, prefixes: dict[str, bool], *, is_single: bool) -> list[t.Component]:
         variability = causality = connection = ""
         while self.kind in ("flow", "stream", "discrete", "parameter", "constant", "input", "output"):
             prefix = self.kind
@@ -312,12 +292,12 @@ class _ClassParser(ClauseParser):
                     constraint=None,
                     annotation=annotation,
                     at=at,
-                    **flags,
+                    **prefixes,
                 )
             )
             if is_single or not self.accept(","):
                 break
-        if flags["is_replaceable"] and self.kind == "constrainedby":
+        if prefixes["is_replaceable"] and self.kind == "constrainedby":
             constraint = self._constraint()
             self._comment()
             for component in found:
@@ -363,18 +343,12 @@ class _ClassParser(ClauseParser):
         return t.ElementModification(name.parts, is_each, is_final, modification, at)
 
     def _replacement(self, is_each: bool, is_final: bool, is_redeclare: bool, at: int) -> t.ElementReplacement:
-        flags = {
-            "is_redeclare": is_redeclare,
-            "is_final": is_final,
-            "is_inner": False,
-            "is_outer": False,
-            "is_replaceable": self.accept("replaceable"),
-            "is_protected": False,
-        }
+        own = {"is_redeclare": is_redeclare, "is_final": is_final, "is_replaceable": self.accept("replaceable")}
+        prefixes = _NO_PREFIXES | own
         if self.kind in _CLASS_STARTS:
-            element: t.Class | t.Component = self._class(**flags, is_short=True)
+            element: t.Class | t.Component = self._class(prefixes, is_short=True)
         else:
-            (element,) = self._components(flags, is_single=True)
+            (element,) = self._components(prefixes, is_single=True)
         return t.ElementReplacement(is_each, is_final, element, at)
 
     def _comment_annotation(self) -> t.Modification | None:

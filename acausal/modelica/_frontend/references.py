@@ -1,6 +1,7 @@
 """Component references (Modelica 3.6, sections 5.3 and 10.5): from names with subscripts to names of the flat model."""
 
 import dataclasses
+import functools as ft
 import itertools
 import re
 from typing import TYPE_CHECKING
@@ -102,18 +103,11 @@ def _in_class(here: "Expressions", found: ClassElement, ref: t.Reference, i: int
 
 
 def _element(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> ClassElement | ComponentElement:
-    name = ref.parts[i].name
-    instance = found.instance
+    part = ref.parts[i]
     found.check_inside(here.scope, here.scope.source, ref.at)
-    inner = instance.elements.get(name)
-    if inner is not None and inner.is_protected:
-        raise here.error(ref.parts[i].at, f"{name} is protected in {found.name}, and not accessible from outside.")
-    if inner is None:
-        raise here.error(
-            ref.parts[i].at, f"{found.name} has no element {name}.{suggestion(name, list(instance.elements))}"
-        )
+    inner = found.member(part.name, ft.partial(here.error, part.at))
     if isinstance(inner, ComponentElement) and inner.variability != "constant" and not inner.is_outer:
-        raise here.error(ref.parts[i].at, f"{found.name}.{name} is not a constant, and {found.name} is no component.")
+        raise here.error(part.at, f"{found.name}.{part.name} is not a constant, and {found.name} is no component.")
     return inner
 
 

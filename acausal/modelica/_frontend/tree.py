@@ -293,6 +293,10 @@ class Modification:
     value: "Expression | None"
     at: int
 
+    def named(self, name: str) -> "list[ElementModification]":
+        """The modifications of an element."""
+        return [one for one in self.arguments if isinstance(one, ElementModification) and one.name == (name,)]
+
 
 @dataclass(slots=True, eq=False)
 class ElementModification:

