@@ -27,6 +27,7 @@ from .._reduce.incidence import Pair, ranges_of_pair
 from .._reduce.index import Reduced
 from .._reduce.jaxpr import as_function
 from .._reduce.jumps import warn_of_jumps
+from .._reduce.preferred import with_preferred
 from .._reduce.sort import Sorted, sort
 from .._reduce.stated import templates
 from .._reduce.states import select_states
@@ -124,13 +125,18 @@ def _reduced(model: Component) -> tuple[FlatModel, Merged, Reduced]:
     warn_of_jumps(flat)
     if not any(_reads_stacked_parts(flat, instances) for instances in flat.instances):
         try:
-            return flat, *reduced_exactly(flat, merge(flat))
+            return flat, *_with_preferred(flat)
         except StructureError:
             has_arrays = any(leaf.sizes and leaf.declaration.is_variable for leaf in flat.leaves)
             if not has_arrays and not any(_equates_arrays(instances) for instances in flat.instances):
                 raise
     flat = flatten(model, split=True)
-    return flat, *reduced_exactly(flat, merge(flat))
+    return flat, *_with_preferred(flat)
+
+
+def _with_preferred(flat: FlatModel) -> tuple[Merged, Reduced]:
+    merged, reduced = reduced_exactly(flat, merge(flat))
+    return merged, with_preferred(reduced)
 
 
 def _reads_stacked_parts(flat: FlatModel, instances: Instances) -> bool:

@@ -40,6 +40,11 @@ def reduced_exactly(flat: FlatModel, merged: Merged) -> tuple[Merged, Reduced]:
     raise StructureError(f"Equations with fixed coefficients still cancel after {ROUNDS} rounds of rewriting.")
 
 
+def is_singular(reduced: Reduced) -> bool:
+    """Whether coefficients of highest derivatives are singular for almost all parameters."""
+    return next(_singular_blocks(reduced), None) is not None
+
+
 @dataclasses.dataclass
 class _Block:
     """Equations with the highest derivatives that they determine together, and the coefficients of these."""

@@ -133,6 +133,12 @@ class Incidence:
     def _sizes(self) -> tuple[np.ndarray, np.ndarray]:
         return nominal_sizes(self.flat, self.merged, self.variables)
 
+    @ft.cached_property
+    def selects(self) -> np.ndarray:
+        """The preference of each variable as a state: the rank of its `Select`, or 0."""
+        leaves = self.flat.leaf_of_node[self.variables]
+        return np.array([self.flat.leaves[leaf].declaration.select for leaf in leaves.tolist()], int)
+
     @property
     def families(self) -> list[Family]:
         return self.merged.families

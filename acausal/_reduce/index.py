@@ -138,8 +138,13 @@ def reduce_index(table: Incidence) -> Reduced:
     """
     _check_solvable(table)
     _check_redundant(table)
+    return with_least_orders(table, np.zeros(table.n_variables, int))
+
+
+def with_least_orders(table: Incidence, least: np.ndarray) -> Reduced:
+    """The index reduction of a solvable system in which the highest derivatives have at least these orders."""
     rows, variables, order = _highest(table)
-    orders = np.zeros(table.n_variables, int)
+    orders = least.astype(int)
     np.maximum.at(orders, table.variable, table.order)
     counts = np.zeros(table.n_rows, int)
     top = order == orders[variables]

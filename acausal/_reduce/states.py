@@ -166,9 +166,14 @@ _Choice = tuple[list[np.ndarray], np.ndarray]  # picked variables of each stage 
 def _select_group(chosen: Chosen, members: list[int], entries: Entries, known: dict[tuple, _Choice]) -> None:
     """The dummies of one connected set of constraints, stage by stage. Equal sets, in `known`, get equal choices."""
     reduced, rows, variables = chosen.reduced, np.array(members), np.unique(entries.variables)
-    selects = [_select(reduced, variable) for variable in variables.tolist()]
     places = np.searchsorted(rows, entries.rows), np.searchsorted(variables, entries.variables)
-    parts = (*places, *entries[2:], reduced.differentiations[rows], reduced.orders[variables], np.array(selects))
+    parts = (
+        *places,
+        *entries[2:],
+        reduced.differentiations[rows],
+        reduced.orders[variables],
+        reduced.incidence.selects[variables],
+    )
     key = tuple(part.tobytes() for part in parts)
     if key not in known:
         picks, left = _stages(reduced, members, entries, only_safe=True)
@@ -186,7 +191,7 @@ def _keeps_unwanted(reduced: Reduced, entries: Entries, picks: list[list[int]]) 
     """Whether a variable that is declared `never` stays a state."""
     picked = [variable for stage in picks for variable in stage]
     return any(
-        _select(reduced, variable) <= never.rank and picked.count(variable) < reduced.orders[variable]
+        reduced.incidence.selects[variable] <= never.rank and picked.count(variable) < reduced.orders[variable]
         for variable in np.unique(entries.variables).tolist()
     )
 
@@ -212,7 +217,7 @@ def _stages(
 
 def _check_never(chosen: Chosen) -> None:
     table = chosen.reduced.incidence
-    bad = [table.variable_name(*pair) for pair in chosen.states() if _select(chosen.reduced, pair[0]) <= never.rank]
+    bad = [table.variable_name(*pair) for pair in chosen.states() if table.selects[pair[0]] <= never.rank]
     if bad:
         raise StructureError(
             f"{', '.join(bad)} must be a state although it is declared `never`: no constraint makes it depend on other "
@@ -311,9 +316,4 @@ def _eliminate(reduced: Reduced, members: list[int], entries: Entries, only_safe
 
 def _reluctance(reduced: Reduced, variable: int) -> tuple[int, int]:
     """Sort key: variables that become dummies first have the smallest."""
-    return _select(reduced, variable), -int(reduced.orders[variable])
-
-
-def _select(reduced: Reduced, variable: int) -> int:
-    flat = reduced.incidence.flat
-    return flat.leaves[flat.leaf_of_node[reduced.incidence.variables[variable]]].declaration.select
+    return int(reduced.incidence.selects[variable]), -int(reduced.orders[variable])
