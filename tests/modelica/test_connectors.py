@@ -8,7 +8,8 @@ import components.electrical
 import components.rotational as rotational
 import components.thermal
 import components.translational
-from acausal import Component, Connections, ModelError, connect, simulate
+from acausal import Component, Connections, ModelError, connect, simulate, structure
+from acausal._declare.node import leaves_of
 from acausal.modelica import ModelicaModel, load
 from components.blocks import Constant, Input, Output
 
@@ -150,3 +151,28 @@ def test_each_connector_is_the_port_with_its_variables() -> None:
     assert type(model.heat) is components.thermal.HeatPort
     assert (type(model.u), type(model.y)) == (Input, Output)
     assert type(model.many).__name__ == "connector (value)"
+
+
+BUSES = """
+package Buses
+  connector In = input Real;
+  connector Out = output Real;
+  expandable connector Axis Real used; Real unused; Boolean flag; end Axis;
+  expandable connector Bus Axis one; Axis two; Real idle; end Bus;
+  model Source Bus bus; Out y = 3 * time; equation connect(y, bus.one.used); end Source;
+  model Reader Bus bus; In u; Real x; equation connect(bus.one.used, u); x = u; end Reader;
+  model Model "Four buses, connected as a whole"
+    Bus bus, other; Source source; Reader reader;
+  equation
+    connect(bus, source.bus); connect(bus, reader.bus); connect(bus, other);
+  end Model;
+end Buses;
+"""
+
+
+def test_members_of_buses_that_are_only_connected_with_each_other_do_not_exist() -> None:
+    model = load(BUSES, "Buses.Model")
+    paths = {leaf.path for leaf in leaves_of(model)}
+    assert "other.one.used" in paths
+    assert not [path for path in paths if path.rpartition(".")[2] in ("unused", "flag", "idle")]
+    assert structure(model).variables == len(paths)

@@ -1,11 +1,14 @@
 """From a flat model to a component."""
 
+from collections.abc import Iterable
+
 from ..._declare.node import leaves_of
-from .._syntax.flat import FlatModelica
+from .._syntax.flat import FlatEquation, FlatModelica
 from .delays import make_delays
 from .equation_groups import EquationGroups
 from .guesses import propagate
 from .held_integers import hold_integers
+from .known import names_in
 from .model import ModelicaModel
 from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
@@ -55,14 +58,35 @@ def component(flat: FlatModelica) -> ModelicaModel:
 
 def _groups(model: Translation, starts: StartValues) -> EquationGroups:
     groups = EquationGroups(model)
+    between: list[FlatEquation] = []
     for equation in model.equations:
-        groups.add(equation, is_initial=False)
+        if _joins_expandable(model, equation):
+            between.append(equation)
+        else:
+            groups.add(equation, is_initial=False)
     for equation in model.lowered.initial_equations:
         if not starts.takes(equation):
             groups.add(equation, is_initial=True)
     for algorithm in model.lowered.algorithms:
         groups.add_algorithm(algorithm)
+    _add_used(groups, between)
     return groups
+
+
+def _joins_expandable(model: Translation, equation: FlatEquation) -> bool:
+    """Whether an equation connects members of expandable connectors with each other only."""
+    names = names_in(equation.residual)
+    return equation.origin == "connection" and all(model.flat.variables[name].is_expandable for name in names)
+
+
+def _add_used(groups: EquationGroups, between: Iterable[FlatEquation]) -> None:
+    """Adds the equations between members of expandable connectors, if others read a member of the connection set."""
+    used, waiting = groups.used(), list(between)
+    while found := [equation for equation in waiting if not used.isdisjoint(names_in(equation.residual))]:
+        waiting = [equation for equation in waiting if used.isdisjoint(names_in(equation.residual))]
+        for equation in found:
+            groups.add(equation, is_initial=False)
+            used.update(names_in(equation.residual))
 
 
 def _drop_unused(model: Translation, groups: EquationGroups) -> None:
