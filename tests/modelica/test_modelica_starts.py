@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from acausal import check, replace, simulate
-from acausal.modelica import load
+from acausal.modelica import ModelicaError, load
 
 OFFSET = """
 model Offset "A fixed start value of y, which a law of time ties to the state x"
@@ -123,3 +123,31 @@ def test_a_parameter_that_the_start_determines_determines_others() -> None:
     solution = simulate(load(HELD, "Springs.Held"), 1.0)
     assert solution["part.spring.c"][-1] == pytest.approx(2.0 * 9.81 / 0.5)
     assert solution["x"][-1] == pytest.approx(0.5)
+
+
+FOUND = """
+model Found
+  parameter Real p(fixed = false), q(fixed = false), twice = 2 * p;
+  Real x[2](start = {twice, 2}, each fixed = true), y;
+initial equation
+  p = 3.5;
+  y = q;
+initial algorithm
+  q := 5;
+  q := q + 2;
+equation
+  der(x) = -x;
+  der(y) = -y;
+end Found;
+"""
+
+
+def test_starts_follow_parameters_that_the_initialisation_determines() -> None:
+    sol = simulate(load(FOUND, "Found"), 1.0, save=[0.0, 1.0], rtol=1e-9)
+    for name, start in (("x", [7.0, 2.0]), ("y", 7.0)):
+        assert sol[name] == pytest.approx(np.multiply.outer([1.0, np.exp(-1.0)], start), rel=1e-8)
+    discrete = (
+        "model M parameter Real m(fixed = false); discrete Real n(start = m, fixed = true); initial equation m = 4; "
+    )
+    with pytest.raises(ModelicaError, match=r"<model>.mo:1: .* n reads a parameter .*state pre\(n\)"):
+        load(discrete + "equation when time > 0.5 then n = pre(n) + 1; end when; end M;", "M")

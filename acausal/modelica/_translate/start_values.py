@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 
+from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation
 from .known import shaped
@@ -45,12 +46,26 @@ class StartValues:
             assert leaf.variable is not None
             term, reads = self._model.term(leaf.variable.start)
             if any(other.role != "param" for other in reads):
+                self._equate(leaf)
                 continue
             self._set(leaf, self._model.value(term, reads))
             if leaf.value is not None or leaf.variable.name in self._model.clocked.stored:
                 self._model.determined.add_start(leaf, term, reads)
             elif leaf.is_discrete:
                 self._late_previous[leaf.path] = (term, reads)
+
+    def _equate(self, leaf: ModelLeaf) -> None:
+        """A fixed start value that reads a parameter which initial equations determine is an initial equation."""
+        variable = leaf.variable
+        if variable is None or variable.start is None or not variable.fixed or not all(variable.fixed):
+            return
+        if leaf.is_discrete:
+            raise ModelicaError(
+                f"{variable.source}: the start value of the discrete variable {variable.name} reads a parameter that "
+                f"initial equations determine. Remedy: state pre({variable.name}) by an initial equation."
+            )
+        sides = e.Binary("Sub", e.Ref(variable.name), variable.start)
+        self._model.lowered.initial_equations.append(FlatEquation(sides, "", "start", variable.source))
 
     def state_previous(self) -> None:
         """Previous values at the start that depend on parameters follow them, too."""

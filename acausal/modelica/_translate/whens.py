@@ -347,7 +347,7 @@ class Lowering:
             self.out.variables[start] = dataclasses.replace(
                 self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=()
             )
-            if self._held(e.Ref(name)) is None:
+            if self._held(e.Ref(name)) is None or name in self.out.initial:
                 residual = e.Binary("Sub", e.Ref(name), e.Ref(start))
                 self.out.initial_equations.append(
                     FlatEquation(residual, algorithm.component, "component", algorithm.place)
