@@ -7,6 +7,7 @@ from .._syntax import expressions as e
 from .._syntax.visits import parts_of
 from . import references
 from . import tree as t
+from .calls import as_type
 from .classes import join
 from .expressions import Expressions
 from .source import TextError
@@ -98,20 +99,17 @@ class Statements:
             if not isinstance(x.right, t.Call):
                 raise self.here.error(x.right.at, "several variables can be assigned by the call of a function only.")
             targets = [
-                None if left is None else self.target(left, result)
+                None if left is None else self._target(left, *self._checked(left, result))
                 for left, result in zip(x.left.elements, value.results, strict=False)
             ]
             return (e.Assign(tuple(targets), value.x),)
         value = self.here.single(x.right)
-        found, wanted = self._checked(x.left, value, x.right)
-        if not accepts(wanted.type, value.type):
-            from .calls import converted_to
-
-            value = converted_to(self.here, wanted.type, value, x.at) or value
+        found, wanted = self._checked(x.left, value, is_converted=True)
+        value = as_type(self.here, wanted.type, value) or value
         check_discrete(self.here, x.left, wanted, value, is_when=self.in_when or self.is_function)
         if isinstance(wanted.x, e.ArrayOf) and not found.components[0].is_local:
             return self._elements(x, wanted.x, value.x)
-        return (e.Assign((self._target(found, wanted, x.left),), value.x),)
+        return (e.Assign((self._target(x.left, found, wanted),), value.x),)
 
     def _elements(self, x: t.Assignment, left: e.ArrayOf, right: e.Expression) -> tuple[e.Statement, ...]:
         """The assignments of a part of an array of components, one for each variable."""
@@ -121,11 +119,10 @@ class Statements:
             raise self.here.error(x.at, f"{x.left} names several variables, and its value cannot read them.")
         return tuple(found)
 
-    def target(self, left: t.Expression, value: Typed, right: t.Expression | None = None) -> e.Target:
+    def _checked(
+        self, left: t.Expression, value: Typed, *, is_converted: bool = False
+    ) -> tuple[references.Chain, Typed]:
         """The variable that gets a value. Raises `TextError` if type or size do not fit."""
-        return self._target(*self._checked(left, value, right), left)
-
-    def _checked(self, left: t.Expression, value: Typed, right: t.Expression | None) -> tuple[references.Chain, Typed]:
         here = self.here
         if not isinstance(left, t.Reference):
             raise here.error(left.at, "only variables can be assigned.")
@@ -145,12 +142,8 @@ class Statements:
         wanted = here.typed(left)
         if wanted.type.name in ("component", "function", "object"):
             raise here.error(left.at, f"{left} is a {wanted.type}, and cannot be assigned.")
-        is_converted = right is not None and not accepts(wanted.type, value.type)
-        if is_converted:
-            from .calls import converted_to
-
-            is_converted = converted_to(here, wanted.type, value, left.at) is not None
-        if not accepts(wanted.type, value.type) and not is_converted:
+        fits = as_type(here, wanted.type, value) if is_converted else accepts(wanted.type, value.type)
+        if not fits:
             raise here.error(left.at, f"{left} is of type {wanted.type}, and cannot get a value of type {value.type}.")
         if not same_dims(wanted.dims, value.dims):
             raise here.error(
@@ -158,7 +151,7 @@ class Statements:
             )
         return found, wanted
 
-    def _target(self, found: references.Chain, wanted: Typed, left: t.Expression) -> e.Target:
+    def _target(self, left: t.Expression, found: references.Chain, wanted: Typed) -> e.Target:
         if found.components[0].is_local:
             # An array of records is a record of arrays where functions are executed.
             subs: list[e.Expression] = []

@@ -364,21 +364,14 @@ def _promoted(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 def _cat(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     axis = int(here.known(x.args[0], "the dimension of `cat`")) - 1
     parts = args[1:]
-    dims, kind = parts[0].dims, parts[0].type
-    if not 0 <= axis < len(dims):
+    dims = parts[0].dims
+    if not 0 <= axis < min(len(part.dims) for part in parts):
         raise here.error(x.at, f"`cat` cannot join arrays of {len(dims)} dimensions along dimension {axis + 1}.")
-    total: int | None = 0
-    for part in parts:
-        both = common(kind, part.type)
-        if both is None or len(part.dims) != len(dims):
-            raise here.error(x.at, "the arrays of `cat` have different types or numbers of dimensions.")
-        kind = both
-        rest, other = (tuple(n for i, n in enumerate(one) if i != axis) for one in (part.dims, dims))
-        if not same_dims(rest, other):
-            raise here.error(x.at, "the arrays of `cat` have different sizes.")
-        size = part.dims[axis]
-        total = None if total is None or size is None else total + size
-    whole = tuple(total if i == axis else n for i, n in enumerate(dims))
+    across = [part._replace(dims=(*part.dims[:axis], *part.dims[axis + 1 :])) for part in parts]
+    kind, rest = here.unified("arrays of `cat`", [(part, x.at) for part in across])
+    along = [part.dims[axis] for part in parts]
+    total = None if None in along else sum(n or 0 for n in along)
+    whole = (*rest[:axis], total, *rest[axis:])
     if axis == 0 and all(isinstance(part.x, e.ArrayOf) and part.x.kind == "array" for part in parts):
         items = tuple(item for part in parts if isinstance(part.x, e.ArrayOf) for item in part.x.elements)
         return Typed(e.ArrayOf(items, "array"), kind, whole, max(part.variability for part in parts))

@@ -173,12 +173,10 @@ def _argument(here: "Expressions", name: str, formal: ComponentElement, text: t.
     kind = type_of(formal.prototype)
     if kind.name == "function":
         return _function_argument(here, text)
-    found = here.single(text)
-    if not accepts(kind, found.type):
-        converted = converted_to(here, kind, found, text.at)
-        if converted is None:
-            raise here.error(text.at, f"the input {formal.name} of {name} is of type {kind}, not {found.type}.")
-        found = converted
+    value = here.single(text)
+    found = as_type(here, kind, value)
+    if found is None:
+        raise here.error(text.at, f"the input {formal.name} of {name} is of type {kind}, not {value.type}.")
     dims = here.context.formal_sizes(formal)
     extra = len(found.dims) - len(dims)
     if extra < 0 or not same_dims(found.dims[extra:], dims):
@@ -399,13 +397,14 @@ def call_values(here: "Expressions", function: Instance, args: Sequence[Typed]) 
     return _called(here, function, given, args, {})
 
 
-def converted_to(here: "Expressions", kind: Type, value: Typed, at: int) -> Typed | None:
-    """A value as an operator record, if one of its constructors converts it (section 14.4)."""
+def as_type(here: "Expressions", kind: Type, value: Typed) -> Typed | None:
+    """A value of a type: itself if it has the type, or what a constructor of an operator record makes of it (section
+    14.4). None if there is none.
+    """
+    if accepts(kind, value.type):
+        return value
     instance = kind.instance
     if kind.name != "record" or instance is None or instance.origin().kind != "operator record" or value.dims:
         return None
-    for function in operators(instance, "'constructor'"):
-        found = call_values(here, function, [value])
-        if found is not None:
-            return found
-    return None
+    found = (call_values(here, function, [value]) for function in operators(instance, "'constructor'"))
+    return next((one for one in found if one is not None), None)

@@ -1,9 +1,10 @@
 """Connections (Modelica 3.6, section 9.2): the sets that `connect` makes, and their equations."""
 
 import dataclasses
+import functools as ft
 import itertools
-from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, TypeAlias
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
@@ -13,10 +14,10 @@ from .classes import ComponentElement, Instance
 from .expandable import Expansion
 from .expressions import Expressions
 from .modifiers import Index
+from .source import Spot
 from .typed import Type, accepts, indices, same_dims, type_of, written_dims
 
 if TYPE_CHECKING:
-    from .source import TextError
     from .structure import Context
 
 
@@ -44,6 +45,7 @@ class ConnectorEnd:
     name: str
     subs: Index
     is_outside: bool
+    component: ComponentElement | None = dataclasses.field(default=None, compare=False)
 
     @property
     def ref(self) -> e.Ref:
@@ -58,39 +60,39 @@ class Pair:
     right: ConnectorEnd
     dims: Index
     kind: str  # "", "flow" or "stream"
-    place: SourcePlace
-    error: "Callable[[str], TextError]" = dataclasses.field(compare=False)
+    spot: Spot
 
 
+_Item = TypeVar("_Item", bound=Hashable)
 Flow: TypeAlias = tuple[str, Index, SourcePlace, tuple[bool, ...]]  # name, size, place, sides (`is_outside`)
 
 
-class Sets:
+class Sets(Generic[_Item]):
     """Sets of connected things, in the order in which they were connected."""
 
     def __init__(self) -> None:
-        self._parent: dict[ConnectorEnd, ConnectorEnd] = {}
+        self._parent: dict[_Item, _Item] = {}
 
-    def find(self, x: ConnectorEnd) -> ConnectorEnd:
+    def find(self, x: _Item) -> _Item:
         parent = self._parent.setdefault(x, x)
         while parent is not x:
             self._parent[x] = self._parent[parent]
             x, parent = parent, self._parent[parent]
         return x
 
-    def join(self, a: ConnectorEnd, b: ConnectorEnd) -> bool:
+    def join(self, a: _Item, b: _Item) -> bool:
         """Joins two sets. Returns whether they were different."""
         a, b = self.find(a), self.find(b)
         self._parent[b] = a
         return a is not b
 
-    def all(self) -> list[list[ConnectorEnd]]:
-        found: dict[ConnectorEnd, list[ConnectorEnd]] = {}
+    def all(self) -> list[list[_Item]]:
+        found: dict[_Item, list[_Item]] = {}
         for x in self._parent:
             found.setdefault(self.find(x), []).append(x)
         return list(found.values())
 
-    def __contains__(self, x: ConnectorEnd) -> bool:
+    def __contains__(self, x: _Item) -> bool:
         return x in self._parent
 
 
@@ -100,12 +102,12 @@ class Connections:
     def __init__(self, context: "Context") -> None:
         self.context = context
         self.pairs: list[Pair] = []
-        self.connectors: list[tuple[Connector, Connector, SourcePlace]] = []
+        self.connectors: list[tuple[Connector, Connector, Spot]] = []
         self.operators: list[tuple[str, t.Call, Expressions]] = []
         self.counts: dict[str, int] = {}
         self.equal: list[tuple[ConnectorEnd, ConnectorEnd]] = []  # parameters that must be equal
         self.expansion = Expansion(context, self)
-        self._expandable: list[tuple[Connector, Connector, SourcePlace, Callable[[str], TextError]]] = []
+        self._expandable: list[tuple[Connector, Connector, Spot]] = []
 
     # The connections in the text
 
@@ -141,44 +143,33 @@ class Connections:
         left, right = self.ends(here, x.left), self.ends(here, x.right)
         if left is None or right is None:
             return  # a component that is absent
-        place = here.scope.source.place(x.at)
-
-        def error(message: str) -> "TextError":
-            return here.error(x.at, message)
-
+        spot = Spot(here.scope.source, x.at)
         if not same_dims(left[1], right[1]):
-            raise error(f"the connectors have different sizes: {written_dims(left[1])} and {written_dims(right[1])}.")
+            raise spot.error(
+                f"the connectors have different sizes: {written_dims(left[1])} and {written_dims(right[1])}."
+            )
         pairs = list(zip(left[0], right[0], strict=True))
         first, second = self._whole(left[0]), self._whole(right[0])
         if first is not None and second is not None:
-            self._join_variables(first, second, place, error)
+            self._join_variables(first, second, spot)
             return
         for a, b in pairs:
             if isinstance(a, Connector) and isinstance(b, Connector):
-                self._join(a, b, place, error)
+                self._join(a, b, spot)
             elif isinstance(a, Connector) or isinstance(b, Connector):
-                raise error("the connectors have different types.")
+                raise spot.error("the connectors have different types.")
             else:
-                self._join_variables(a, b, place, error)
+                self._join_variables(a, b, spot)
 
-    def _whole(
-        self, ends: "Sequence[Connector | tuple[ConnectorEnd, ComponentElement, Index]]"
-    ) -> "tuple[ConnectorEnd, ComponentElement, Index] | None":
+    def _whole(self, ends: Sequence[Connector | ConnectorEnd]) -> ConnectorEnd | None:
         """The array whose elements are all connected, in their order."""
-        if not ends or isinstance(ends[0], Connector):
+        if not ends or not isinstance(end := ends[0], ConnectorEnd):
             return None
-        end, component, _ = ends[0]
-        sizes = [n or 0 for n in self.context.sizes(component)]
-        every = list(indices(sizes))
-        if sizes and [(one[1], one[2]) for one in ends if not isinstance(one, Connector)] == [
-            (component, index) for index in every
-        ]:
-            return dataclasses.replace(end, subs=()), component, ()
-        return None
+        sizes = [n or 0 for n in self.context.sizes(self.component(end))]
+        is_whole = sizes and list(ends) == [dataclasses.replace(end, subs=index) for index in indices(sizes)]
+        return dataclasses.replace(end, subs=()) if is_whole else None
 
-    def ends(
-        self, here: Expressions, x: t.Expression
-    ) -> tuple[list[Connector] | list[tuple[ConnectorEnd, ComponentElement, Index]], Index] | None:
+    def ends(self, here: Expressions, x: t.Expression) -> tuple[list[Connector] | list[ConnectorEnd], Index] | None:
         """The connectors that one side of a connection names, and their number. None if they are absent."""
         if not isinstance(x, t.Reference):
             raise here.error(x.at, "`connect` needs connectors.")
@@ -207,7 +198,7 @@ class Connections:
             members = here_members
             holders = [component.member(index) for component, index in members]
         if _is_variable(found.last):
-            return [(ConnectorEnd(c.path, index, is_outside), c, index) for c, index in members], tuple(dims)
+            return [ConnectorEnd(c.path, index, is_outside, c) for c, index in members], tuple(dims)
         return [Connector(c, index, is_outside) for c, index in members], tuple(dims)
 
     def _check(self, here: Expressions, x: t.Reference, found: references.Chain) -> None:
@@ -235,118 +226,105 @@ class Connections:
 
     def complete(self) -> None:
         """Adds the connections of expandable connectors, which then have the same elements."""
-        self.expansion.complete([(a, b) for a, b, _, _ in self._expandable])
-        expandable, self._expandable = self._expandable, []
-        for a, b, place, error in expandable:
-            self._join_all(a, b, place, error)
+        self.expansion.complete([(a, b) for a, b, _ in self._expandable])
+        for a, b, spot in self._expandable:
+            self._join_all(a, b, spot)
 
-    def _join(self, a: Connector, b: Connector, place: SourcePlace, error: Callable[[str], "TextError"]) -> None:
+    def _join(self, a: Connector, b: Connector, spot: Spot) -> None:
         kinds = {one.instance.kind == "expandable connector" for one in (a, b)}
         if len(kinds) > 1:
-            raise error(f"only one of {a.path} and {b.path} is expandable.")
+            raise spot.error(f"only one of {a.path} and {b.path} is expandable.")
         if kinds == {True}:
-            self._expandable.append((a, b, place, error))
+            self._expandable.append((a, b, spot))
         else:
-            self._join_all(a, b, place, error)
+            self._join_all(a, b, spot)
 
-    def _join_all(self, a: Connector, b: Connector, place: SourcePlace, error: Callable[[str], "TextError"]) -> None:
-        self.connectors.append((a, b, place))
+    def _join_all(self, a: Connector, b: Connector, spot: Spot) -> None:
+        self.connectors.append((a, b, spot))
         for one in (a, b):
             self.counts[one.path] = self.counts.get(one.path, 0) + 1
         own = {one.name: one for one in a.instance.components()}
         other = {one.name: one for one in b.instance.components()}
         if own.keys() != other.keys():
             differing = sorted(own.keys() ^ other.keys())
-            raise error(f"the connectors {a.path} and {b.path} do not match: only one has {differing[0]}.")
+            raise spot.error(f"the connectors {a.path} and {b.path} do not match: only one has {differing[0]}.")
         for name, left in own.items():
             right = other[name]
             if not self.context.is_present(left) or not self.context.is_present(right):
                 continue
             if left.connection != right.connection:
-                raise error(
+                raise spot.error(
                     f"{left.path} and {right.path} do not match: only one is {left.connection or right.connection}."
                 )
             sizes, others = self.context.sizes(left), self.context.sizes(right)
             if not same_dims(sizes, others):
-                raise error(f"{left.path} and {right.path} have different sizes.")
+                raise spot.error(f"{left.path} and {right.path} have different sizes.")
             if _is_variable(left) and _is_variable(right):
-                self._join_variables(
-                    (ConnectorEnd(left.path, (), a.is_outside), left, ()),
-                    (ConnectorEnd(right.path, (), b.is_outside), right, ()),
-                    place,
-                    error,
-                )
+                end = ConnectorEnd(left.path, (), a.is_outside, left)
+                self._join_variables(end, ConnectorEnd(right.path, (), b.is_outside, right), spot)
                 continue
             if _is_variable(left) or _is_variable(right):
-                raise error(f"{left.path} and {right.path} have different types.")
+                raise spot.error(f"{left.path} and {right.path} have different types.")
             for index in indices([n or 0 for n in sizes]):
-                self._join_all(
-                    Connector(left, index, a.is_outside), Connector(right, index, b.is_outside), place, error
-                )
+                self._join_all(Connector(left, index, a.is_outside), Connector(right, index, b.is_outside), spot)
 
-    def _join_variables(
-        self,
-        a: tuple[ConnectorEnd, ComponentElement, Index],
-        b: tuple[ConnectorEnd, ComponentElement, Index],
-        place: SourcePlace,
-        error: Callable[[str], "TextError"],
-    ) -> None:
-        (left, own, i), (right, other, j) = a, b
+    def _join_variables(self, left: ConnectorEnd, right: ConnectorEnd, spot: Spot) -> None:
+        own, other = self.component(left), self.component(right)
         kind, wanted = type_of(own.prototype), type_of(other.prototype)
         if not _fit(kind, wanted):
-            raise error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
+            raise spot.error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
         if own.connection != other.connection:
-            raise error(f"{left.name} and {right.name} do not match: only one is {own.connection or other.connection}.")
+            raise spot.error(
+                f"{left.name} and {right.name} do not match: only one is {own.connection or other.connection}."
+            )
         if bool(own.causality) != bool(other.causality) and not self._are_expandable(own, other):
             first, second = (left, right) if own.causality else (right, left)
-            raise error(
+            raise spot.error(
                 f"{first.name} is an {own.causality or other.causality}, but {second.name} is neither input nor output."
             )
         fixed = [one.variability if one.variability in ("constant", "parameter") else "" for one in (own, other)]
         if fixed[0] != fixed[1]:
-            raise error(f"{left.name} and {right.name} do not match: only one is a {fixed[0] or fixed[1]}.")
+            raise spot.error(f"{left.name} and {right.name} do not match: only one is a {fixed[0] or fixed[1]}.")
         if fixed[0]:
             self.equal.append((left, right))
-        dims = [n or 0 for n in self.context.sizes(own)][len(i) :]
-        others = [n or 0 for n in self.context.sizes(other)][len(j) :]
+        dims = [n or 0 for n in self.context.sizes(own)][len(left.subs) :]
+        others = [n or 0 for n in self.context.sizes(other)][len(right.subs) :]
         if dims != others:
-            raise error(f"{left.name} and {right.name} have different sizes.")
+            raise spot.error(f"{left.name} and {right.name} have different sizes.")
         for one in (own, other):
             self.context.register(one)
-            path = f"{one.path}"
-            self.counts[path] = self.counts.get(path, 0) + 1
-        self.pairs.append(Pair(left, right, tuple(dims), own.connection, place, error))
+            self.counts[one.path] = self.counts.get(one.path, 0) + 1
+        self.pairs.append(Pair(left, right, tuple(dims), own.connection, spot))
 
     def _are_expandable(self, *components: ComponentElement) -> bool:
         """Whether one belongs to an expandable connector, whose variables get their direction from others."""
         around = [one.parent for one in components]
         return any(one is not None and one.prototype.kind == "expandable connector" for one in around)
 
-    def check_direction(self, members: Sequence[ConnectorEnd], error: "Callable[[str], TextError]") -> None:
-        """Raises `error` for connected signals with several sources (section 9.3)."""
+    def check_direction(self, members: Sequence[ConnectorEnd], spot: Spot) -> None:
+        """Raises `TextError` for connected signals with several sources (section 9.3)."""
         sources: list[str] = []
         for end in members:
-            component = self.context.find(end.name)
-            if component is None or self._are_expandable(component):
+            component = self.component(end)
+            if self._are_expandable(component):
                 return
             is_hidden = end.is_outside and component.is_protected
             if not is_hidden and component.causality == ("input" if end.is_outside else "output"):
                 sources.append(end.name)
         if len(sources) > 1:
-            raise error(f"both {sources[0]} and {sources[1]} give a value to signals that are connected.")
+            raise spot.error(f"both {sources[0]} and {sources[1]} give a value to signals that are connected.")
 
     def asserts(self) -> list[e.Assert]:
         """The assertions that connected parameters are equal (section 9.2)."""
         return [
             e.Assert(e.Binary("Eq", left.ref, right.ref), e.Const(f"{left.name} and {right.name} differ."), False)
             for left, right in self.equal
-            if left.ref != right.ref and not self.context.sizes(self._component(left))[len(left.subs) :]
+            if left.ref != right.ref and not self.context.sizes(self.component(left))[len(left.subs) :]
         ]
 
-    def _component(self, end: ConnectorEnd) -> ComponentElement:
-        found = self.context.find(end.name)
-        assert found is not None
-        return found
+    def component(self, end: ConnectorEnd) -> ComponentElement:
+        assert end.component is not None
+        return end.component
 
     def split(self, is_broken: Callable[[Pair], bool] = lambda pair: False) -> list[Pair]:
         """The pairs, except broken ones. An array of which an element is connected alone is split into elements."""
@@ -379,7 +357,7 @@ def equations(
     is_broken: Callable[[Pair], bool],
 ) -> Iterator[FlatEquation]:
     """The equations of the connections. `flows` are all flow variables of connectors."""
-    potentials, sums = Sets(), Sets()
+    potentials, sums = Sets[ConnectorEnd](), Sets[ConnectorEnd]()
     pairs: dict[ConnectorEnd, Pair] = {}
     for pair in connections.split(is_broken):
         pairs.setdefault(pair.left, pair)
@@ -390,25 +368,26 @@ def equations(
             potentials.join(pair.left, pair.right)
     for members in potentials.all():
         first = members[0]
-        connections.check_direction(members, pairs[members[-1]].error)
+        connections.check_direction(members, pairs[members[-1]].spot)
         for other in members[1:]:
-            if other.ref != first.ref:
-                component = connections.context.find(first.name)
-                if component is None or component.variability not in ("constant", "parameter"):
-                    yield FlatEquation(e.Binary("Sub", first.ref, other.ref), "", "connection", pairs[other].place)
+            if other.ref != first.ref and connections.component(first).variability not in ("constant", "parameter"):
+                residual = e.Binary("Sub", first.ref, other.ref)
+                yield FlatEquation(residual, "", "connection", pairs[other].spot.place)
     for members in sums.all():
-        total: e.Expression | None = None
-        for one in members:
-            term = e.Unary("Minus", one.ref) if one.is_outside else one.ref
-            total = term if total is None else e.Binary("Add", total, term)
-        assert total is not None
-        yield FlatEquation(total, "", "flows", pairs[members[0]].place)
+        total = added([e.Unary("Minus", one.ref) if one.is_outside else one.ref for one in members])
+        yield FlatEquation(total, "", "flows", pairs[members[0]].spot.place)
     for name, dims, place, sides in flows:
         for is_outside in sides:
             yield from _open(sums, name, dims, place, is_outside=is_outside)
 
 
-def _open(sums: Sets, name: str, dims: Index, place: SourcePlace, *, is_outside: bool) -> Iterator[FlatEquation]:
+def added(terms: Sequence[e.Expression]) -> e.Expression:
+    return ft.reduce(lambda a, b: e.Binary("Add", a, b), terms)
+
+
+def _open(
+    sums: Sets[ConnectorEnd], name: str, dims: Index, place: SourcePlace, *, is_outside: bool
+) -> Iterator[FlatEquation]:
     """The equations of a flow variable as far as nothing is connected to it."""
     ends = [ConnectorEnd(name, index, is_outside) for index in indices(dims)]
     if dims and ConnectorEnd(name, (), is_outside) in sums:

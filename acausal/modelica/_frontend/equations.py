@@ -8,7 +8,7 @@ from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
 from . import tree as t
 from .algorithms import Statements, assertion, check_discrete, targets, when_condition
-from .calls import converted_to
+from .calls import as_type
 from .expressions import Expressions
 from .typed import (
     PARAMETER,
@@ -101,8 +101,12 @@ class Equations:
             self._several(x, left, right)
             return
         left, right = here.single(x.left), here.single(x.right)
-        if not accepts(left.type, right.type) and not accepts(right.type, left.type):
-            left, right = self._converted(x, left, right)
+        if (changed := as_type(here, left.type, right)) is not None:
+            right = changed
+        elif (changed := as_type(here, right.type, left)) is not None:
+            left = changed
+        else:
+            raise here.error(x.at, f"the sides of the equation have different types: {left.type} and {right.type}.")
         if not same_dims(left.dims, right.dims):
             raise here.error(
                 x.at,
@@ -122,15 +126,6 @@ class Equations:
     def check_type(self, at: int, kind: Type) -> None:
         if kind.name not in ("Real", "Integer", "Boolean", "String", "enumeration", "record", "Clock", "any"):
             raise self.here.error(at, f"an equation cannot have sides of type {kind}.")
-
-    def _converted(self, x: t.Equality, left: Typed, right: Typed) -> tuple[Typed, Typed]:
-        changed = converted_to(self.here, left.type, right, x.at)
-        if changed is not None:
-            return left, changed
-        changed = converted_to(self.here, right.type, left, x.at)
-        if changed is not None:
-            return changed, right
-        raise self.here.error(x.at, f"the sides of the equation have different types: {left.type} and {right.type}.")
 
     def _records(self, left: Typed, right: Typed, at: int) -> None:
         """The equations of the fields, if both sides are variables or written out."""

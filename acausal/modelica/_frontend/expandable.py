@@ -44,6 +44,8 @@ class Expansion:
                 self._add(here, prefix, x.parts[n:], other)
 
     def _add(self, here: Expressions, prefix: t.Reference, rest: Sequence[t.Part], other: t.Reference) -> None:
+        from .connections import Connector
+
         ends = self._connections.ends(here, prefix)
         if ends is None:
             return
@@ -58,7 +60,7 @@ class Expansion:
             known = [here.known(sub, "the subscript of an element that is added") for sub in part.subs]
             sizes = (*(max(int(i) for i in (value if hasattr(value, "__len__") else [value])) for value in known),)
         for one in ends[0]:
-            assert not isinstance(one, tuple)
+            assert isinstance(one, Connector)
             for instance in {id(i): i for i in (one.instance, one.component.prototype)}.values():
                 self._element(instance, part.name, example[0], sizes)
 

@@ -24,6 +24,7 @@ from .typed import (
     PARAMETER,
     REAL,
     Dims,
+    Type,
     Typed,
     accepts,
     common,
@@ -275,20 +276,8 @@ class Expressions:
     def _alternatives(self, x: t.IfExpression, conditions: Sequence[Typed]) -> Typed:
         values = [self.single(value) for _, value in x.branches]
         otherwise = self.single(x.otherwise)
-        kind, dims = otherwise.type, otherwise.dims
-        for value, (_, text) in zip(values, x.branches, strict=True):
-            both = common(kind, value.type)
-            if both is None:
-                raise self.error(text.at, f"the branches have different types: {value.type} and {kind}.")
-            kind = both
-            if not same_dims(value.dims, dims) and self.scope.whole.is_function and len(value.dims) == len(dims):
-                dims = tuple(a if a == b else None for a, b in zip(value.dims, dims, strict=True))
-            elif not same_dims(value.dims, dims):
-                raise self.error(
-                    text.at, f"the branches have different sizes: {written_dims(value.dims)} and {written_dims(dims)}."
-                )
-            else:
-                dims = joined_dims(dims, value.dims)
+        branches = [(otherwise, x.otherwise.at), *zip(values, (text.at for _, text in x.branches), strict=True)]
+        kind, dims = self.unified("branches", branches)
         variability = max(one.variability for one in (*conditions, *values, otherwise))
         branches = tuple((c.x, v.x) for c, v in zip(conditions, values, strict=True))
         return Typed(e.If(branches, otherwise.x), kind, dims, variability)
@@ -300,20 +289,28 @@ class Expressions:
 
     def array(self, items: Sequence[tuple[Typed, int]]) -> Typed:
         """An array constructor of elements of one type and size."""
-        first = items[0][0]
-        kind, dims = first.type, first.dims
-        for item, at in items[1:]:
-            both = common(kind, item.type)
-            if both is None:
-                raise self.error(at, f"the elements of the array have different types: {kind} and {item.type}.")
-            kind = both
-            if not same_dims(dims, item.dims):
-                raise self.error(
-                    at, f"the elements have different sizes: {written_dims(dims)} and {written_dims(item.dims)}."
-                )
-            dims = joined_dims(dims, item.dims)
+        kind, dims = self.unified("elements", items)
         variability = max(item.variability for item, _ in items)
         return Typed(e.ArrayOf(tuple(item.x for item, _ in items), "array"), kind, (len(items), *dims), variability)
+
+    def unified(self, what: str, items: Sequence[tuple[Typed, int]]) -> tuple[Type, Dims]:
+        """The type and size of values that must have the same. Branches of a function may differ in size."""
+        (first, _), *others = items
+        kind, dims = first.type, first.dims
+        for item, at in others:
+            both = common(kind, item.type)
+            if both is None:
+                raise self.error(at, f"the {what} have different types: {kind} and {item.type}.")
+            kind = both
+            if same_dims(dims, item.dims):
+                dims = joined_dims(dims, item.dims)
+            elif what == "branches" and self.scope.whole.is_function and len(dims) == len(item.dims):
+                dims = tuple(a if a == b else None for a, b in zip(dims, item.dims, strict=True))
+            else:
+                raise self.error(
+                    at, f"the {what} have different sizes: {written_dims(dims)} and {written_dims(item.dims)}."
+                )
+        return kind, dims
 
     def _matrix(self, x: t.Matrix) -> Typed:
         if len(x.rows) == 1 and len(x.rows[0]) == 1:
@@ -345,12 +342,7 @@ class Expressions:
         return self._concatenated(parts, 1, row[0].at, is_row=True), row[0].at
 
     def _concatenated(self, parts: Sequence[Typed], axis: int, at: int, *, is_row: bool = False) -> Typed:
-        kind = parts[0].type
-        for part in parts:
-            both = common(kind, part.type)
-            if both is None:
-                raise self.error(at, f"the elements of the matrix have different types: {kind} and {part.type}.")
-            kind = both
+        kind, _ = self.unified("elements of the matrix", [(part._replace(dims=()), at) for part in parts])
         sizes = [part.dims[axis] for part in parts]
         total = None if None in sizes else sum(size for size in sizes if size is not None)
         other = next((part.dims[1 - axis] for part in parts if part.dims[1 - axis] is not None), None)

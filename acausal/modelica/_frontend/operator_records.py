@@ -72,7 +72,7 @@ def _scalar(here: "Expressions", name: str, args: list[Typed]) -> Typed | None:
     for record in records:
         kind = next(arg.type for arg in args if arg.type.instance is record)
         for i, arg in enumerate(args):
-            converted = None if arg.type.name == "record" else calls.converted_to(here, kind, arg, here.at)
+            converted = None if arg.type.name == "record" else calls.as_type(here, kind, arg)
             if converted is not None:
                 changed = [converted if j == i else one for j, one in enumerate(args)]
                 for function in calls.operators(record, name):

@@ -4,13 +4,14 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, SourcePlace
+from .._syntax.flat import FlatEquation
 from . import references
 from . import tree as t
 from .calls import call_values, of_class
 from .classes import ClassElement
-from .connections import Connections, Connector, Pair
+from .connections import Connections, Connector, Pair, Sets
 from .expressions import Expressions
+from .source import Spot
 from .typed import Dims, Typed, type_of
 
 if TYPE_CHECKING:
@@ -24,34 +25,34 @@ class Graph:
 
     def __init__(self, context: "Context", connections: Connections) -> None:
         self._context = context
-        self._parent: dict[str, str] = {}
+        self._trees = Sets[str]()
         self._edges: dict[str, list[str]] = {}
         self._branches: list[tuple[str, str]] = []
         self.roots: list[str] = []
-        self.broken: list[tuple[Connector, Connector, SourcePlace]] = []
+        self.broken: list[tuple[Connector, Connector, Spot]] = []
         potential: list[tuple[int, str]] = []
         for name, call, here in connections.operators:
             self._operator(name, call, here, potential)
-        for a, b, place in (*connections.connectors, *self._types(connections)):
+        for a, b, spot in (*connections.connectors, *self._types(connections)):
             if "equalityConstraint" in a.instance.elements:
-                if self._join(a.path, b.path):
+                if self._trees.join(a.path, b.path):
                     self._edge(a.path, b.path)
                 else:
-                    self.broken.append((a, b, place))
+                    self.broken.append((a, b, spot))
         for _, path in sorted(potential, key=lambda one: one[0]):
-            if self._join(_ROOT, path):
+            if self._trees.join(_ROOT, path):
                 self.roots.append(path)
-        for path in list(self._parent):
-            if path != _ROOT and self._join(_ROOT, path):
+        for path in [path for tree in self._trees.all() for path in tree]:
+            if path != _ROOT and self._trees.join(_ROOT, path):
                 self.roots.append(path)
         self._depths = self._measured()
 
-    def _types(self, connections: Connections) -> Iterator[tuple[Connector, Connector, SourcePlace]]:
+    def _types(self, connections: Connections) -> Iterator[tuple[Connector, Connector, Spot]]:
         """The connected variables whose types are overconstrained, as angles of rotating frames are."""
         for pair in connections.pairs:
             a, b = self._context.find(pair.left.name), self._context.find(pair.right.name)
             if a is not None and b is not None:
-                yield Connector(a, (), pair.left.is_outside), Connector(b, (), pair.right.is_outside), pair.place
+                yield Connector(a, (), pair.left.is_outside), Connector(b, (), pair.right.is_outside), pair.spot
 
     def _operator(self, name: str, call: t.Call, here: Expressions, potential: list[tuple[int, str]]) -> None:
         paths = [self._path(here, arg) for arg in call.args[: 2 if name == "branch" else 1]]
@@ -59,18 +60,18 @@ class Graph:
             return
         first, *rest = [path for path in paths if path is not None]
         if name == "branch":
-            if not self._join(first, rest[0]):
+            if not self._trees.join(first, rest[0]):
                 raise here.error(call.at, f"`Connections.branch` closes a loop from {first} to {rest[0]}.")
             self._edge(first, rest[0])
             self._branches.append((first, rest[0]))
         elif name == "root":
-            if not self._join(_ROOT, first):
+            if not self._trees.join(_ROOT, first):
                 raise here.error(call.at, f"{first} is a root beside another one of the same tree.")
             self.roots.append(first)
         elif name == "potentialRoot":
             priority = call.args[1] if len(call.args) > 1 else dict(call.named).get("priority")
             potential.append((0 if priority is None else int(here.known(priority, "the priority")), first))
-            self._find(first)
+            self._trees.find(first)
         else:
             raise here.error(call.at, f"`Connections.{name}` is not supported.")
 
@@ -82,16 +83,6 @@ class Graph:
         if not isinstance(found.x, e.Ref) or found.x.subs or len(named.components) < 2:
             raise here.error(arg.at, "this argument must be a record or a type of a connector.")
         return found.x.name
-
-    def _find(self, x: str) -> str:
-        while (parent := self._parent.setdefault(x, x)) != x:
-            x = parent
-        return x
-
-    def _join(self, a: str, b: str) -> bool:
-        a, b = self._find(a), self._find(b)
-        self._parent[b] = a
-        return a != b
 
     def _edge(self, a: str, b: str) -> None:
         self._edges.setdefault(a, []).append(b)
@@ -125,7 +116,7 @@ class Graph:
 
     def equations(self) -> Iterator[FlatEquation]:
         """The equations in place of those of broken connections."""
-        for a, b, place in self.broken:
+        for a, b, spot in self.broken:
             element = of_class(a.instance).elements["equalityConstraint"]
             if not isinstance(element, ClassElement):
                 continue
@@ -142,7 +133,7 @@ class Graph:
             if size == 0:
                 continue
             zero: e.Expression = e.Const(0.0) if size is None else e.Builtin("Zeros", (e.Const(size),))
-            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", place)
+            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", spot.place)
 
     def _sizes(self, one: Connector) -> Dims:
         return self._context.sizes(one.component)[len(one.index) :]

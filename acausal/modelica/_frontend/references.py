@@ -20,7 +20,6 @@ from .typed import (
     Type,
     Typed,
     element,
-    field,
     limited,
     nested,
     type_of,
@@ -308,12 +307,7 @@ def _check_unconditional(here: "Expressions", component: ComponentElement, at: i
 
 def with_field(here: "Expressions", base: Typed, name: str, at: int) -> Typed:
     """A field of a record that is the value of an expression."""
-    instance = base.type.instance
-    if base.type.name != "record" or instance is None or name not in instance.elements:
+    found = here.context.field(base, name) if base.type.name == "record" else None
+    if found is None:
         raise here.error(at, f"a value of type {base.type} has no field {name}.")
-    component = instance.elements[name]
-    assert isinstance(component, ComponentElement)
-    names = [one.name for one in instance.components()]
-    dims = (*base.dims, *here.context.sizes(component))
-    kind = type_of(component.prototype)
-    return Typed(field(base.x, name, names), kind, dims, limited(base.variability, kind))
+    return found

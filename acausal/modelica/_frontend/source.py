@@ -5,6 +5,7 @@ import contextlib
 import io
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import NamedTuple
 
 from ..._errors import ModelError
 from .._errors import ModelicaError
@@ -45,6 +46,20 @@ class Source:
         shown = lines[line - 1].rstrip("\n").replace("\t", " ") if line <= len(lines) else ""
         place = f"{self.file}:{line}:{column}"
         return TextError(place, f"{place}: {message}\n  {shown}\n  {' ' * (column - 1)}^")
+
+
+class Spot(NamedTuple):
+    """A place in a text, for the equations that come from it and for errors."""
+
+    source: Source
+    offset: int
+
+    @property
+    def place(self) -> SourcePlace:
+        return self.source.place(self.offset)
+
+    def error(self, message: str) -> "TextError":
+        return self.source.error(self.offset, message)
 
 
 class TextError(ModelicaError):

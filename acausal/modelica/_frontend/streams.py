@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation
 from .classes import ComponentElement
-from .connections import Connections, ConnectorEnd, Sets
+from .connections import Connections, ConnectorEnd, Sets, added
 from .modifiers import Index
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ class Streams:
 
     def __init__(self, context: "Context", connections: Connections) -> None:
         self._context = context
-        self._sets = Sets()
+        self._sets = Sets[ConnectorEnd]()
         self._members: dict[ConnectorEnd, list[ConnectorEnd]] = {}
         self._places = {}
         for pair in connections.split():
             if pair.kind == "stream":
                 self._sets.join(pair.left, pair.right)
-                self._places.setdefault(pair.left, pair.place)
-                self._places.setdefault(pair.right, pair.place)
+                self._places.setdefault(pair.left, pair.spot.place)
+                self._places.setdefault(pair.right, pair.spot.place)
         for members in self._sets.all():
             for one in members:
                 self._members[one] = members
@@ -61,8 +61,8 @@ class Streams:
         flowing = [(weight, value) for weight, value in values if weight is not None] or values[:1]
         if len(flowing) == 1:
             return flowing[0][1]
-        total = _sum([weight for weight, _ in flowing if weight is not None])
-        mixed = _sum([e.Binary("Mul", weight, value) for weight, value in flowing if weight is not None])
+        total = added([weight for weight, _ in flowing if weight is not None])
+        mixed = added([e.Binary("Mul", weight, value) for weight, value in flowing if weight is not None])
         return e.Binary("Div", mixed, total)
 
     def _value(self, one: ConnectorEnd) -> e.Expression:
@@ -99,10 +99,3 @@ class Streams:
 
 def _index(ref: e.Ref) -> Index:
     return tuple(int(sub.value) for sub in ref.subs if isinstance(sub, e.Const))
-
-
-def _sum(terms: Sequence[e.Expression]) -> e.Expression:
-    total = terms[0]
-    for term in terms[1:]:
-        total = e.Binary("Add", total, term)
-    return total
