@@ -197,7 +197,7 @@ def test_operators_of_records() -> None:
         ("Real x[2]; equation x = 1;", r"different sizes: \[2\] and a scalar"),
         ('Real x; equation x = "a";', "different types: Real and String"),
         ("Real x = {1, 2} + {1, 2, 3};", "`\\+` cannot have"),
-        ("Real x = {1, true};", "the elements of the array have different types"),
+        ("Real x = {1, true};", "the elements have different types"),
         ("Real x[2]; Real y = x[3];", "the subscript 3 is out of bounds: the size is 2"),
         ("Real x; Real y = x[1];", "x has 0 dimensions, but 1 subscripts"),
         ("Real x = sin(1, 2);", "`sin` has 2 arguments"),
