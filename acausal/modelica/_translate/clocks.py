@@ -17,8 +17,7 @@ from .clock_inference import OPERATORS, Inference
 from .clock_operators import Operators, discrete
 from .clock_partitions import Clock
 from .clock_ticks import Tick
-from .statement_branches import Values, assertions, before, branches_of, chosen, together
-from .statement_terms import targets_of
+from .statements import Values, assertions, before, branches_of, chosen, targets_of, together
 
 
 @dataclasses.dataclass(frozen=True)

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._tracing import is_traced
+from .evaluate import SharedCalls
 from .leaves import ModelLeaf
 from .scope import FunctionLibrary, Scope
-from .shared_calls import SharedCalls
 from .tree import attribute_path
 from .values import number
 

@@ -12,12 +12,12 @@ from ..._errors import ModelError
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, SourcePlace
-from .constants import zeros
 from .forms import AlgorithmForm, Form, Residual, form_class
 from .leaves import ModelLeaf
 from .scope import Scope, located
 from .slots import Slots
-from .statement_terms import loop_names, targets_of
+from .statements import loop_names, targets_of
+from .terms import zeros
 from .translation import Translation
 from .tree import attribute_path
 

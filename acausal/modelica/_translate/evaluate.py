@@ -1,6 +1,6 @@
 """Evaluation of expressions."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,10 +15,8 @@ from .builtins import FUNCTIONS
 from .operators import RELATIONS, arithmetic, both_or_either, relation, unary
 from .scope import NotKnown, Scope
 from .special_functions import SPECIAL
-from .subscripts import elements, position
-from .term_properties import is_harmless, only_discrete, reads_rates
-from .terms import Opaque, RecordOf, SlotValue
-from .values import UnknownText, Value, first, is_known, items_of, number, select, stacked
+from .terms import Opaque, RecordOf, SlotValue, is_harmless, only_discrete, reads_rates
+from .values import UnknownText, Value, elements, first, is_known, items_of, number, position, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -208,3 +206,20 @@ _BY_CLASS: dict[type, Callable[[Any, Scope], Value]] = {
     RecordOf: lambda x, at: {name: evaluate(item, at) for name, item in x.fields},
     Opaque: lambda x, at: x.value,
 }
+
+
+class SharedCalls:
+    """The results of calls whose fields are values of other expressions."""
+
+    def __init__(self) -> None:
+        self._results: dict[Hashable, Value] = {}
+
+    def value(self, x: Any, at: Scope, key: Hashable = ()) -> Value:
+        """The value of an expression. `key` identifies the values in the scope."""
+        if not isinstance(x, e.FieldOf) or not isinstance(x.base, e.FunctionCall):
+            return evaluate(x, at)
+        call = (x.base, key)
+        if call not in self._results:
+            self._results[call] = evaluate(x.base, at)
+        found: Any = Opaque("result", self._results[call])
+        return evaluate(e.FieldOf(found, x.name), at)

@@ -18,7 +18,7 @@ from .._syntax.visits import mapped
 from .evaluate import evaluate
 from .leaves import ModelLeaf
 from .scope import NotKnown, Scope
-from .term_properties import only_discrete, reads_rates
+from .terms import only_discrete, reads_rates
 from .translation import Translation
 
 Floor = Callable[[Any], Any]  # the expression that takes the place of floor(x)

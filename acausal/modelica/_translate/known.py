@@ -10,10 +10,10 @@ from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
 from .._syntax.visits import mapped, parts_of
+from .evaluate import SharedCalls
 from .functions import Library
 from .paths import PathTree, nested, split, tree_of
 from .scope import NotKnown, Scope
-from .shared_calls import SharedCalls
 from .values import Value, plain, stacked
 
 ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}

@@ -10,11 +10,11 @@ from ..._declare.annotations import Limits
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
-from .constants import zeros
 from .known import is_external, shaped
 from .leaves import ModelLeaf, Role, kind_of, known_unit
 from .scope import NotKnown, located
 from .start_values import StartValues
+from .terms import zeros
 from .translation import INITIAL, Translation, as_leaf
 from .values import Value
 

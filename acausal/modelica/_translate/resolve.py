@@ -10,15 +10,14 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatVariable
 from .._syntax.visits import mapped
-from .constants import constant
 from .evaluate import is_supported
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .paths import PathTree, nested, split
 from .scope import NotKnown
 from .slots import Previous, Slots
-from .statement_terms import resolved_body
-from .terms import Opaque, RecordOf, SlotValue
+from .statements import resolved_body
+from .terms import Opaque, RecordOf, SlotValue, constant
 from .values import Value, is_known
 
 

@@ -12,7 +12,7 @@ from .._syntax.visits import mapped
 from .evaluate import evaluate
 from .leaves import ModelLeaf
 from .scope import Scope
-from .term_properties import reads_rates
+from .terms import reads_rates
 from .translation import Translation
 
 

@@ -12,12 +12,12 @@ from .clocks import Clocked, without_clocks
 from .connectors import Connectors
 from .determined import Determined
 from .discrete_starts import with_starts
+from .evaluate import SharedCalls
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .resolve import Resolver
 from .scope import Scope
 from .semilinear import without_chains
-from .shared_calls import SharedCalls
 from .slots import Previous, Slots
 from .tree import attribute_path
 from .values import Value, number, plain

@@ -14,7 +14,7 @@ from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import mapped
 from .previous_at_start import PreviousAtStart, previous_at_start
-from .statement_branches import (
+from .statements import (
     Targets,
     Values,
     all_of,
@@ -23,10 +23,10 @@ from .statement_branches import (
     before,
     branches_of,
     chosen,
+    targets_of,
     together,
     without_assertions,
 )
-from .statement_terms import targets_of
 
 INITIAL = e.Builtin("Initial", ())
 
