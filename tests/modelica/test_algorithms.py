@@ -174,3 +174,51 @@ def test_arrays_of_integers_become_real() -> None:
     assert np.allclose(final.known, final.z)
     assert np.allclose(final.column, [0.0, 0.3])
     assert np.allclose(final.whole, [[1.0, 2.0], [0.3, 0.75]])
+
+
+RECORDS = """
+package P
+  record V Real a, b, c; end V;
+  record W V v; Real z, r[2]; end W;
+  record One Real a; end One;
+  function f input Real x; output V o; algorithm o.a := x; o.b := 2 * x; o.c := 3 * x; end f;
+  function g input Real x; output Real b, c; algorithm b := 10 * x; c := 20 * x; end g;
+  function h input V v; output Real y; algorithm y := v.a + v.b + v.c; end h;
+  function one input Real x; output One o; algorithm o.a := x; end one;
+  function several
+    input Real x; output W o; output Real y;
+  algorithm
+    o.v := f(x); o.z := 5 * x; o.r := {x, -x}; y := 7 * x;
+  end several;
+  model Fields V v; algorithm v := f(time); (v.b, v.c) := g(v.a); end Fields;
+  model Known V v; parameter V p = f(2); algorithm v := p; end Known;
+  model Nested W w; Real y; V v; algorithm (w, y) := several(time); v := w.v; end Nested;
+  model Branches V v; algorithm if time > 0.5 then v := f(time); else v := f(-time); end if; end Branches;
+  model Event V v; algorithm when time > 0.5 then v := f(time); end when; end Event;
+  model Read V v; Real y, z; algorithm v := f(time); y := h(v); v.a := 100; z := h(v); end Read;
+  model Single One v; algorithm v := one(time); end Single;
+  model Twice V v; algorithm v := f(time); v := f(v.b); end Twice;
+  model All
+    Fields fields; Known known; Nested nested; Branches branches; Event event; Read read; Single single; Twice twice;
+  end All;
+end P;
+"""
+
+
+@pytest.mark.thorough
+def test_algorithms_assign_whole_records() -> None:
+    solution = simulate(load(RECORDS, "P.All"), 1.0)
+
+    def end(name: str) -> list[float]:
+        return [float(solution[f"{name}.{field}"][-1]) for field in "abc"]
+
+    assert end("fields.v") == [1.0, 10.0, 20.0]
+    assert end("known.v") == [2.0, 4.0, 6.0]
+    assert end("nested.w.v") == end("nested.v") == end("branches.v") == [1.0, 2.0, 3.0]
+    assert [solution[name][-1] for name in ("nested.w.z", "nested.y")] == [5.0, 7.0]
+    assert solution["nested.w.r"][-1].tolist() == [1.0, -1.0]
+    assert end("event.v") == pytest.approx([0.5, 1.0, 1.5])
+    assert [solution[name][-1] for name in ("read.y", "read.z")] == [6.0, 105.0]
+    assert end("read.v") == [100.0, 2.0, 3.0]
+    assert solution["single.v.a"][-1] == 1.0
+    assert end("twice.v") == [2.0, 4.0, 6.0]

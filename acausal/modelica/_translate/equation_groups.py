@@ -69,8 +69,9 @@ class EquationGroups:
     def add_algorithm(self, algorithm: Algorithm) -> None:
         model, slots = self._model, Slots()
         names = [*dict.fromkeys([*algorithm.outputs, *targets_of(algorithm.body)])]
+        local = loop_names(algorithm.body).union(name for name in names if name not in model.flat.variables)
         names = [name for name in names if name in model.leaves]
-        local = frozenset(names) | loop_names(algorithm.body)
+        local = frozenset(names) | local
         body = model.resolver.body(algorithm.body, slots, local)
         outputs = []
         for name in names:

@@ -102,7 +102,8 @@ class _Resolution:
         if branch is None:
             raise ModelError(f"the name {name} is unknown.")
         if branch.item is not None:
-            return self._named(branch.item.name)
+            own = branch.item.name
+            return e.Ref(own) if own in self.local else self._named(own)
         if branch.parts:
             return RecordOf(tuple((part, self._whole(inner, name)) for part, inner in branch.parts.items()))
         if not branch.members:

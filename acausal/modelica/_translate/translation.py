@@ -15,6 +15,7 @@ from .discrete_starts import with_starts
 from .evaluate import SharedCalls
 from .known import KnownValues
 from .leaves import ModelLeaf
+from .record_targets import without_record_targets
 from .resolve import Resolver
 from .scope import Scope
 from .semilinear import without_chains
@@ -47,7 +48,7 @@ class Translation:
 
     @classmethod
     def of(cls, flat: FlatModelica) -> "Translation":
-        flat, clocked = without_clocks(flat)
+        flat, clocked = without_clocks(without_record_targets(flat))
         lowered = Lowering(flat).lower()
         variables = with_starts({**flat.variables, **lowered.variables}, lowered.initial, lowered.equations)
         flat = dataclasses.replace(flat, variables=variables)
