@@ -1,5 +1,6 @@
 """Statements (Modelica 3.6, chapter 11)."""
 
+import dataclasses
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -34,24 +35,18 @@ class NeedsUnrolling(Exception):
         self.error = error
 
 
+@dataclasses.dataclass
 class Statements:
     """Makes statements in a class instance."""
 
-    def __init__(
-        self,
-        here: Expressions,
-        *,
-        in_when: bool = False,
-        is_initial: bool = False,
-        in_clause: bool = False,
-        in_loop: bool = False,
-    ) -> None:
-        self.here = here
-        self.in_clause = in_clause  # of `if`, `for` or `while`
-        self.in_loop = in_loop
-        self.is_initial = is_initial
-        self.is_function = here.scope.whole.is_function
-        self.in_when = in_when
+    here: Expressions
+    is_initial: bool = False
+    in_clause: bool = False  # of `if`, `for` or `while`
+    in_loop: bool = False
+
+    @property
+    def is_function(self) -> bool:
+        return self.here.scope.whole.is_function
 
     def whole(self, clauses: Sequence[t.Clause]) -> e.Body:
         """The statements of a section."""
@@ -106,7 +101,7 @@ class Statements:
         value = self.here.single(x.right)
         found, wanted = self._checked(x.left, value, is_converted=True)
         value = as_type(self.here, wanted.type, value) or value
-        check_discrete(self.here, x.left, wanted, value, is_when=self.in_when or self.is_function)
+        check_discrete(self.here, x.left, wanted, value, is_when=self.here.in_when or self.is_function)
         if isinstance(wanted.x, e.ArrayOf) and not found.components[0].is_local:
             return self._elements(x, wanted.x, value.x)
         return (e.Assign((self._target(x.left, found, wanted),), value.x),)
@@ -243,22 +238,16 @@ class Statements:
 
     def _inside(self, here: Expressions | None = None, *, in_loop: bool = False) -> "Statements":
         """Statements in a clause."""
-        return Statements(
-            here or self.here,
-            in_when=self.in_when,
-            is_initial=self.is_initial,
-            in_clause=True,
-            in_loop=in_loop or self.in_loop,
-        )
+        return dataclasses.replace(self, here=here or self.here, in_clause=True, in_loop=in_loop or self.in_loop)
 
     def _when(self, x: t.WhenClause) -> e.Statement:
         if self.is_function:
             raise self.here.error(x.at, "`when` is not allowed in functions.")
-        if self.in_when:
+        if self.here.in_when:
             raise self.here.error(x.at, "`when` is not allowed in `when`.")
         if self.in_clause or self.is_initial:
             raise self.here.error(x.at, "`when` is not allowed in an initial section, nor in `if`, `for` or `while`.")
-        inner = Statements(self.here.within_when(), in_when=True)
+        inner = Statements(self.here.within_when())
         blocks = tuple((when_condition(self.here, c, ("Boolean",)), inner.body(body)) for c, body in x.branches)
         return e.WhenClause(blocks)
 

@@ -54,8 +54,6 @@ _OUTSIDE_FUNCTIONS = (
     "subSample", "superSample", "shiftSample", "backSample", "interval", "firstTick", "inStream", "actualStream",
     "cardinality", "isRoot", "rooted",
 )  # fmt: skip
-_TINY = float(np.nextafter(0, 1))
-_DOMAINS = {"asin": (-1, 1), "acos": (-1, 1), "sqrt": (0, np.inf), "log": (_TINY, np.inf), "log10": (_TINY, np.inf)}
 _REAL = "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split()
 
 
@@ -113,23 +111,28 @@ def _need(
         )
 
 
-def _real(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
-    _need(here, name, x, args[0])
-    low, high = _DOMAINS.get(name, (-np.inf, np.inf))
-    if isinstance(x.args[0], t.Literal | t.Unary) and args[0].variability == CONSTANT and not args[0].dims:
-        value = here.context.value(args[0].x)
-        if not low <= value <= high:
-            raise here.error(x.at, f"`{name}` is not defined for {value}.")
-    return _made(name, args, REAL, args[0].dims)
-
-
-def _of_two(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+def _elementwise(here: "Expressions", name: str, x: t.Call, args: Args) -> Dims:
+    """The size of the value of a function of numbers that is evaluated for each element."""
     for arg in args:
         _need(here, name, x, arg)
-    is_whole = all(arg.type == INTEGER for arg in args) and name != "atan2"
     dims = max((arg.dims for arg in args), key=len)
     if any(arg.dims and not same_dims(arg.dims, dims) for arg in args):
         raise here.error(x.at, f"the arguments of `{name}` have different sizes.")
+    return dims
+
+
+def _real(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+    _need(here, name, x, args[0])
+    found = _made(name, args, REAL, args[0].dims)
+    is_literal = isinstance(x.args[0], t.Literal | t.Unary) and isinstance(args[0].x, e.Const)
+    if is_literal and not np.isfinite(here.context.value(found.x)):
+        raise here.error(x.at, f"`{name}` is not defined for {here.context.value(args[0].x)}.")
+    return found
+
+
+def _of_two(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
+    dims = _elementwise(here, name, x, args)
+    is_whole = all(arg.type == INTEGER for arg in args) and name != "atan2"
     return _discrete(_made(name, args, INTEGER if is_whole else REAL, dims), name in ("div",))
 
 
@@ -446,11 +449,7 @@ def _homotopy(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 
 def _semilinear(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
-    for arg in args:
-        _need(here, name, x, arg)
-    dims = max((arg.dims for arg in args), key=len)
-    if any(arg.dims and not same_dims(arg.dims, dims) for arg in args):
-        raise here.error(x.at, f"the arguments of `{name}` have different sizes.")
+    dims = _elementwise(here, name, x, args)
     if not dims or None in dims:
         return _made(name, args, REAL, dims)
     sizes = [n or 0 for n in dims]

@@ -657,15 +657,10 @@ class Instance:
         body = found.tree.body
         if isinstance(body, t.Short) and body.modification is not None:
             raise found.definition.source.error(found.tree.at, f"{found.name} is outer, and cannot have modifiers.")
-        around = found.holder.component if found.holder else None
-        while around is not None:
-            inner = around.holder.whole.elements.get(found.name)
-            if isinstance(inner, ClassElement) and inner.tree.is_inner:
-                return inner
-            if isinstance(inner, ComponentElement) and inner.is_inner:
-                raise inner.error(f"{found.name} is an inner component, but the outer element is a class.")
-            around = around.parent
-        return found
+        inner = inner_element(found.name, found.holder.component if found.holder else None)
+        if isinstance(inner, ComponentElement):
+            raise inner.error(f"{found.name} is an inner component, but the outer element is a class.")
+        return inner or found
 
     def __repr__(self) -> str:
         return f"<{self.name} at {self.path}>"
@@ -717,8 +712,9 @@ class ComponentElement:
         self.is_protected = tree.is_protected or bool(replaced and replaced.is_protected)
         self.dims: tuple[int | None, ...] | None = None  # found by structure.py
         self.is_present: bool | None = None
-        self.value: Any = None
-        self.marks: dict[str, Any] = {}
+        self.inner: ComponentElement | None = None
+        self.is_added = False  # to an expandable connector
+        self.has_equation = False  # a record that a call of a function gives
         self._type: ClassElement | None = None
         self._members: dict[Index, Instance] = {}
 
@@ -842,6 +838,16 @@ class ComponentElement:
 
     def __repr__(self) -> str:
         return f"<component {self.path}>"
+
+
+def inner_element(name: str, around: ComponentElement | None) -> ClassElement | ComponentElement | None:
+    """The inner element of a name that is next to a component, or to the components around it (section 5.4)."""
+    while around is not None:
+        found = around.holder.whole.elements.get(name)
+        if found is not None and (found.tree.is_inner if isinstance(found, ClassElement) else found.is_inner):
+            return found
+        around = around.parent
+    return None
 
 
 class Top:

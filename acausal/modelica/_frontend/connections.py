@@ -188,8 +188,7 @@ class Connections:
             for holder in holders:
                 own = component if i == 0 else holder.elements[component.name]
                 assert isinstance(own, ComponentElement)
-                if own.is_outer:
-                    own = self.context.inner(own, here.scope, x.at)
+                own = self.context.inner(own)
                 if not self.context.is_present(own):
                     return None
                 sizes_found = []

@@ -56,13 +56,13 @@ class Found:
         return found
 
 
+@dataclasses.dataclass
 class Equations:
     """Makes the equations of a class instance, except connections (`connections.py`)."""
 
-    def __init__(self, here: Expressions, found: Found, *, is_initial: bool = False) -> None:
-        self.here = here
-        self.found = found
-        self.is_initial = is_initial
+    here: Expressions
+    found: Found
+    is_initial: bool = False
 
     def all(self, clauses: Sequence[t.Clause]) -> None:
         for clause in clauses:
@@ -75,7 +75,7 @@ class Equations:
                 self._equality(x)
             case t.ForClause():
                 for within in self.here.unrolled(x.iterators, x.body):
-                    Equations(within, self.found, is_initial=self.is_initial).all(x.body)
+                    dataclasses.replace(self, here=within).all(x.body)
             case t.IfClause():
                 self._if(x)
             case t.WhenClause():
@@ -212,7 +212,7 @@ class Equations:
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
         """The equations of a branch, without calls that determine nothing: their assertions hold only in the branch."""
         found = Found()
-        Equations(self.here, found, is_initial=self.is_initial).all(clauses)
+        dataclasses.replace(self, found=found).all(clauses)
         return found
 
     def _asserts(self, conditions: Sequence[Typed], bodies: Sequence[Found]) -> None:
@@ -236,7 +236,7 @@ class Equations:
         if name[0] == "Connections" and name[-1] in CONNECTION_OPERATORS:
             return
         if name == ("terminate",):  # at the start
-            body = (Statements(self.here, in_when=True).call(call),)
+            body = (Statements(self.here).call(call),)
             self.found.whens.append(e.WhenClause(((e.Builtin("Initial", ()), body),)))
             return
         if name == ("reinit",):
@@ -271,18 +271,18 @@ def _chosen(
     return e.If(tuple(zip(conditions, residuals, strict=True)), otherwise)
 
 
+@dataclasses.dataclass
 class _WhenBody:
     """The equations of a when-clause, as statements."""
 
-    def __init__(self, here: Expressions) -> None:
-        self.here = here
+    here: Expressions
 
     def statements(self, x: t.Clause) -> tuple[e.Statement, ...]:
         match x:
             case t.Equality():
                 return self._equality(x)
             case t.CallEquation():
-                statements = Statements(self.here, in_when=True)
+                statements = Statements(self.here)
                 is_reinit = x.call.function.names == ("reinit",)
                 return statements.reinit(x.call) if is_reinit else (statements.call(x.call),)
             case t.IfClause():
@@ -299,7 +299,7 @@ class _WhenBody:
     def _equality(self, x: t.Equality) -> tuple[e.Statement, ...]:
         if not isinstance(x.left, t.Reference | t.Tuple):
             raise self.here.error(x.at, "the left side of an equation in `when` must be a variable.")
-        return Statements(self.here, in_when=True).statement(t.Assignment(x.left, x.right, x.at))
+        return Statements(self.here).statement(t.Assignment(x.left, x.right, x.at))
 
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]

@@ -33,14 +33,12 @@ class Expansion:
             found = references.find(here, prefix)
             if not isinstance(found, references.Chain):
                 return
-            component = found.last
-            if component.is_outer:
-                component = self._context.inner(component, here.scope, x.at)
+            component = self._context.inner(found.last)
             if component.prototype.kind != "expandable connector":
                 continue
             part = x.parts[n]
             known = component.prototype.elements.get(part.name)
-            if known is None or (isinstance(known, ComponentElement) and known.marks.get("added") and part.subs):
+            if known is None or (isinstance(known, ComponentElement) and known.is_added and part.subs):
                 self._add(here, prefix, x.parts[n:], other)
 
     def _add(self, here: Expressions, prefix: t.Reference, rest: Sequence[t.Part], other: t.Reference) -> None:
@@ -91,7 +89,7 @@ class Expansion:
             is_protected=False,
         )
         new = ComponentElement(tree, example.scope, None, instance)
-        new.marks["added"] = True
+        new.is_added = True
         new.is_present = True
         new.dims = sizes
         instance.elements[name] = new

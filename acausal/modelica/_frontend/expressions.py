@@ -1,6 +1,7 @@
 """Expressions (Modelica 3.6, chapters 3 and 10): from the tree to the flat model, with types and sizes."""
 
 import contextlib
+import dataclasses
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -42,38 +43,29 @@ _LONGEST = 1e7  # ranges
 _TIME = Typed(e.Ref("time"), REAL)
 
 
+@dataclasses.dataclass(eq=False)
 class Expressions:
     """Makes expressions in a class instance. `names` are the values of iterators, and of the inputs of a function
     where its expressions are evaluated outside of it.
     """
 
-    def __init__(self, context: "Context", scope: Instance, names: Mapping[str, Typed] | None = None) -> None:
-        self.context = context
-        self.scope = scope
-        self.names = dict(names or {})
-        self.at = 0
-        self.in_condition = False  # of `if` or an assertion
-        self.in_when = False  # the body of a when-clause
-        self._ends: list[Typed | None] = []
+    context: "Context"
+    scope: Instance
+    names: Mapping[str, Typed] = dataclasses.field(default_factory=dict)
+    at: int = 0
+    in_condition: bool = False  # of `if` or an assertion
+    in_when: bool = False  # the body of a when-clause
+    ends: list[Typed] = dataclasses.field(default_factory=list)  # values of `end` in the subscripts around
 
     def error(self, at: int, message: str) -> TextError:
         return self.scope.source.error(at, message)
 
-    def inside(self, scope: Instance) -> "Expressions":
-        found = self.knowing({})
-        found.scope, found.at = scope, self.at
-        return found
-
     def knowing(self, names: Mapping[str, Typed]) -> "Expressions":
         """With further iterators."""
-        found = Expressions(self.context, self.scope, {**self.names, **names})
-        found._ends, found.in_condition, found.in_when = self._ends, self.in_condition, self.in_when
-        return found
+        return dataclasses.replace(self, names={**self.names, **names})
 
     def within_when(self) -> "Expressions":
-        found = self.knowing({})
-        found.in_when = True
-        return found
+        return dataclasses.replace(self, in_when=True)
 
     def expression(self, x: t.Expression) -> e.Expression:
         return self.typed(x).x
@@ -190,11 +182,11 @@ class Expressions:
         return found
 
     def _subscript(self, sub: t.Expression, end: Typed) -> Typed:
-        self._ends.append(end)
+        self.ends.append(end)
         try:
             value = self.single(sub)
         finally:
-            self._ends.pop()
+            self.ends.pop()
         if len(value.dims) > 1 or value.type.name not in ("Integer", "Boolean", "enumeration", "any"):
             raise self.error(sub.at, f"a subscript must be an Integer or a vector of them, not of type {value.type}.")
         if value.variability <= PARAMETER and not isinstance(value.x, e.Const):
@@ -222,9 +214,9 @@ class Expressions:
                 raise self.error(at, f"the subscript {item.value} is out of bounds: the size is {size}.")
 
     def end(self, x: t.End) -> Typed:
-        if not self._ends or self._ends[-1] is None:
+        if not self.ends:
             raise self.error(x.at, "`end` is allowed in subscripts only.")
-        return self._ends[-1]
+        return self.ends[-1]
 
     # Operators
 

@@ -206,7 +206,7 @@ class _Flattening:
         if not self.context.is_present(component):
             return
         if component.is_outer and component.is_inner:
-            self.context.inner(component, self.root, component.tree.at)
+            self.context.inner(component)
         elif component.is_outer:
             self._outer(component)
             return
@@ -234,7 +234,7 @@ class _Flattening:
         """Checks an outer component against its inner one, which the model gets if it lacks it (section 5.4)."""
         if component.tree.modification is not None:
             raise component.error(f"{component.name} is outer, and its declaration cannot have a modification.")
-        inner = self.context.inner(component, self.root, component.tree.at)
+        inner = self.context.inner(component)
         if type_of(component.prototype).name != type_of(inner.prototype).name:
             raise component.error(f"{inner.path} is no {component.prototype.name}, as the outer component needs.")
         check_subtype(inner.prototype, component.prototype, component.error, "the class of the outer component")
@@ -273,7 +273,7 @@ class _Flattening:
             place = component.scope.source.place(component.tree.at)
             residual = e.Binary("Sub", e.Ref(component.path), value.x)
             self.found.equations.append(FlatEquation(residual, component.holder.path, "component", place))
-            component.marks["equation"] = True
+            component.has_equation = True
 
     def _variable(self, component: ComponentElement, dims: Index) -> None:
         context = self.context
@@ -494,7 +494,7 @@ def _has_parameters(record: Instance) -> bool:
 
 def _has_equation(component: ComponentElement | None) -> bool:
     while component is not None:
-        if component.marks.get("equation"):
+        if component.has_equation:
             return True
         component = component.parent
     return False

@@ -124,7 +124,7 @@ class Functions(Mapping[str, FlatFunction]):
             elif isinstance(size, t.Whole):
                 dims.append(e.Colon())
             else:
-                dims.append(Expressions(self._context, scope, known).single(size).x)
+                dims.append(Expressions(self._context, scope, known or {}).single(size).x)
         return Formal(component.name, self.type_name(component), default.x if default else None, tuple(dims))
 
     def _default(self, component: ComponentElement, known: Mapping[str, Typed]) -> Typed | None:

@@ -70,7 +70,7 @@ def find(here: "Expressions", ref: t.Reference, *, is_call: bool = False) -> Cha
     components = [found]
     for part in ref.parts[i + 1 :]:
         i += 1
-        holder = _inner(here, found, ref.at).prototype
+        holder = here.context.inner(found).prototype
         inner = holder.elements.get(part.name)
         if inner is None:
             raise here.error(
@@ -98,7 +98,7 @@ def _in_class(here: "Expressions", found: ClassElement, ref: t.Reference, i: int
     rest = t.Reference(ref.parts[i:], False, ref.parts[i].at)
     if len(rest.parts) == 1:
         return found
-    return find(here.inside(found.instance.encloser or here.scope), rest, is_call=True)
+    return find(dataclasses.replace(here, scope=found.instance.encloser or here.scope), rest, is_call=True)
 
 
 def _element(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> ClassElement | ComponentElement:
@@ -144,11 +144,6 @@ def literal(here: "Expressions", instance: Instance, ordinal: int) -> Typed:
 def _unknown(here: "Expressions", ref: t.Reference) -> Exception:
     message = f"there is no variable or class {ref.parts[0].name}"
     return here.scope.top.unknown(ref.names, here.scope, ref.at, message, here.scope.source)
-
-
-def _inner(here: "Expressions", component: ComponentElement, at: int) -> ComponentElement:
-    """The inner component of an outer one; other components themselves."""
-    return here.context.inner(component, here.scope, at) if component.is_outer else component
 
 
 def typed(here: "Expressions", chain: Chain, at: int) -> Typed:
@@ -239,7 +234,7 @@ class _Global:
     def _from(self, i: int, component: ComponentElement, dims: list[int | None]) -> e.Expression:
         """The value of the components from one on, which is a member of the one before."""
         context = self.here.context
-        component = _inner(self.here, component, self.at)
+        component = context.inner(component)
         _check_unconditional(self.here, component, self.at)
         if not context.is_present(component):
             raise self.here.error(self.at, f"{component.path} is not in the model, because its condition is false.")

@@ -15,7 +15,7 @@ from .._translate.scope import NotKnown, Scope
 from .._translate.values import Value, plain
 from . import tree as t
 from .calls import in_order
-from .classes import ClassElement, ComponentElement, Instance, Top
+from .classes import ClassElement, ComponentElement, Instance, Top, inner_element
 from .expressions import Expressions
 from .functions import Functions
 from .modifiers import Binding, Index, Modifier
@@ -63,6 +63,8 @@ class Context:
         self.discrete: set[str] = set()  # paths without indices of Reals that when-clauses assign
         self._known: dict[str, tuple[ComponentElement, Index]] = {}
         self._library = Library(self.functions, _Names(self))
+        self._bindings: dict[ComponentElement, Typed | None] = {}
+        self._unchecked: dict[ComponentElement, Typed | None] = {}  # bindings before their checks
         self._values: dict[str, Value] = {}
         self._pending: set[tuple[str, str, int | None]] = set()
 
@@ -202,26 +204,23 @@ class Context:
         self.select(value.x)
         return bool(truth)
 
-    def inner(self, component: ComponentElement, scope: Instance, at: int) -> ComponentElement:
-        """The inner component of an outer one (section 5.4). Without one, the model gets a default one."""
-        if component.marks.get("inner") is not None:
-            return component.marks["inner"]
-        around = component.parent
-        while around is not None:
-            found = around.holder.whole.elements.get(component.name)
-            if isinstance(found, ClassElement) and found.tree.is_inner:
-                raise component.error(f"{component.name} is an outer component, but the inner element is a class.")
-            if isinstance(found, ComponentElement) and found.is_inner:
-                break
-            around = around.parent
-        else:
-            found = self._default_inner(component, scope, at)
-        if found.is_outer and not found.is_inner:
-            found = self.inner(found, scope, at)
-        component.marks["inner"] = found
-        return found
+    def inner(self, component: ComponentElement) -> ComponentElement:
+        """The inner component of an outer one (section 5.4), other components themselves. Without an inner one, the
+        model gets a default one.
+        """
+        if not component.is_outer:
+            return component
+        if component.inner is not None:
+            return component.inner
+        found = inner_element(component.name, component.parent)
+        if isinstance(found, ClassElement):
+            raise component.error(f"{component.name} is an outer component, but the inner element is a class.")
+        if found is None:
+            found = self._default_inner(component)
+        component.inner = found if found.is_inner else self.inner(found)
+        return component.inner
 
-    def _default_inner(self, component: ComponentElement, scope: Instance, at: int) -> ComponentElement:
+    def _default_inner(self, component: ComponentElement) -> ComponentElement:
         root = self.top.root
         assert root is not None
         known = root.elements.get(component.name)
@@ -273,10 +272,10 @@ class Context:
 
     def binding(self, component: ComponentElement) -> Typed | None:
         """The value of a component in its declaration or a modifier, of the type and size of the component."""
-        if "binding" not in component.marks:
+        if component not in self._bindings:
             with self._once(component, "value"):
-                component.marks["binding"] = self._checked_binding(component)
-        return component.marks["binding"]
+                self._bindings[component] = self._checked_binding(component)
+        return self._bindings[component]
 
     def _checked_binding(self, component: ComponentElement) -> Typed | None:
         value = self._own_binding(component)
@@ -301,9 +300,9 @@ class Context:
         return value._replace(x=nested([value.x] * int(np.prod(sizes)), sizes), dims=dims)
 
     def _own_binding(self, component: ComponentElement) -> Typed | None:
-        if "own" not in component.marks:
-            component.marks["own"] = self._found_binding(component)
-        return component.marks["own"]
+        if component not in self._unchecked:
+            self._unchecked[component] = self._found_binding(component)
+        return self._unchecked[component]
 
     def _found_binding(self, component: ComponentElement) -> Typed | None:
         own = component.binding
@@ -343,7 +342,7 @@ class Context:
 
     def bound(self, binding: Binding) -> Typed:
         """The value of a modifier, for the element of the arrays that the modifier has passed."""
-        here = Expressions(self, binding.scope, binding.names)
+        here = Expressions(self, binding.scope, binding.names or {})
         value = here.single(binding.expression)
         index = binding.indices
         if not index:
