@@ -30,6 +30,7 @@ from .typed import (
     joined_dims,
     nested,
     same_dims,
+    written_out,
 )  # fmt: skip
 
 if TYPE_CHECKING:
@@ -452,12 +453,11 @@ def _semilinear(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     dims = _elementwise(here, name, x, args)
     if not dims or None in dims:
         return _made(name, args, REAL, dims)
-    sizes = [n or 0 for n in dims]
-    items: list[e.Expression] = []
-    for index in indices(sizes):
-        subs = [e.Const(i) for i in index]
-        items.append(e.Builtin("SemiLinear", tuple(element(arg.x, subs) if arg.dims else arg.x for arg in args)))
-    return Typed(nested(items, sizes), REAL, dims, max(arg.variability for arg in args))
+
+    def of(subs: list[e.Const]) -> e.Expression:
+        return e.Builtin("SemiLinear", tuple(element(arg.x, subs) if arg.dims else arg.x for arg in args))
+
+    return Typed(written_out(dims, of), REAL, dims, max(arg.variability for arg in args))
 
 
 def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
@@ -471,7 +471,7 @@ def _delay(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 def _text(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     if args[0].type.name == "record" and not args[0].dims:
         return _text_of_record(here, x, args[0])
-    if args[0].dims or args[0].type.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
+    if args[0].dims or not args[0].type.is_plain:
         raise here.error(x.at, f"`String` needs a scalar, not a value of type {args[0].type}.")
     if len(x.args) > 1:
         raise here.error(x.args[1].at, "the further arguments of `String` need their names, as in `format = ...`.")
@@ -552,11 +552,7 @@ def _stream(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
             raise here.error(x.at, f"`{name}` needs a stream variable.")
         return value(item)
 
-    if not args[0].dims:
-        return _each(args[0], of, REAL, 3)
-    sizes = [n or 0 for n in args[0].dims]
-    items = [of(element(args[0].x, [e.Const(i) for i in index])) for index in indices(sizes)]
-    return Typed(nested(items, sizes), REAL, args[0].dims)
+    return Typed(written_out(args[0].dims, lambda subs: of(element(args[0].x, subs))), REAL, args[0].dims)
 
 
 def _cardinality(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:

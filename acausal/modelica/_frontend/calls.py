@@ -20,12 +20,11 @@ from .typed import (
     Typed,
     accepts,
     element,
-    indices,
     is_external_object,
-    nested,
     same_dims,
     type_of,
     written_dims,
+    written_out,
 )
 
 if TYPE_CHECKING:
@@ -79,7 +78,7 @@ def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     if builtin is not None:
         values = (*x.args, *(value for _, value in x.named))
         return builtins.call(here, builtin, t.Call(x.function, values, (), x.at))
-    inputs = [one for one in instance.components() if one.causality == "input"]
+    inputs = instance.inputs()
     given = _matched(here, instance.name, inputs, x)
     functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}
     bound = [item for arg in functions.values() for item in arg.results]
@@ -197,7 +196,7 @@ def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
         return found
     instance = found.instance
     named = text.named if isinstance(text, t.PartialCall) else ()
-    formals = {one.name: one for one in instance.components() if one.causality == "input"}
+    formals = {one.name: one for one in instance.inputs()}
     for key, value in named:
         if key not in formals:
             raise here.error(value.at, f"{instance.name} has no input {key}.{suggestion(key, list(formals))}")
@@ -219,7 +218,7 @@ def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:
     if not isinstance(instance, Instance) or instance.tree.is_partial:
         raise here.error(x.at, f"the function {x.function} is not known.")
     values = dict(zip(bound, function.results, strict=True))
-    inputs = [one for one in instance.components() if one.causality == "input"]
+    inputs = instance.inputs()
     free = [one for one in inputs if one.name not in values]
     given = {**_matched(here, instance.name, free, x), **values}
     found = _called(here, instance, given, _in_order(here, instance, inputs, given), {})
@@ -286,15 +285,13 @@ def _record(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     if not dims or None in dims:
         found = e.FunctionCall(name, tuple(value.x for value in values), True)
         return Typed(found, Type("record", instance), dims, variability, tuple(values))
-    sizes = [n or 0 for n in dims]
-    items: list[e.Expression] = []
-    for index in indices(sizes):
-        subs = [e.Const(i) for i in index]
-        args = [
-            element(one.x, subs) if len(one.dims) > rank else one.x for one, rank in zip(values, ranks, strict=True)
-        ]
-        items.append(e.FunctionCall(name, tuple(args), True))
-    return Typed(nested(items, sizes), Type("record", instance), dims, variability)
+
+    def of(subs: list[e.Const]) -> e.Expression:
+        pairs = zip(values, ranks, strict=True)
+        args = (element(one.x, subs) if len(one.dims) > rank else one.x for one, rank in pairs)
+        return e.FunctionCall(name, tuple(args), True)
+
+    return Typed(written_out(dims, of), Type("record", instance), dims, variability)
 
 
 def in_order(components: list[ComponentElement]) -> list[ComponentElement]:
@@ -331,7 +328,7 @@ def _object(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     if not isinstance(constructor, ClassElement):
         raise here.error(x.at, f"the external object {instance.name} has no constructor.")
     function = constructor.instance
-    inputs = [one for one in function.components() if one.causality == "input"]
+    inputs = function.inputs()
     given = _matched(here, instance.name, inputs, x)
     name = here.context.functions.request_object(instance, function)
     ordered = _in_order(here, function, inputs, given)
@@ -357,7 +354,7 @@ def _overloaded(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     """The constructor of an operator record that fits the arguments; it has no other ones then (section 14.3)."""
     functions = operators(instance, "'constructor'")
     for function in functions:
-        outputs = [one for one in function.components() if one.causality == "output"]
+        outputs = function.outputs()
         if len(outputs) != 1 or outputs[0].type.target().tree is not of_class(instance).tree:
             raise function.error(
                 function.tree.at, f"the constructor {function.name} must have one output, of type {instance.name}."
@@ -386,7 +383,7 @@ def functions_in(instance: Instance) -> list[Instance]:
 
 def call_values(here: "Expressions", function: Instance, args: Sequence[Typed]) -> Typed | None:
     """The call of a function of an operator with values; None if it does not fit exactly (section 14.4)."""
-    inputs = [one for one in function.components() if one.causality == "input"]
+    inputs = function.inputs()
     needed = [one for one in inputs if not one.binding]
     if not len(needed) <= len(args) <= len(inputs):
         return None

@@ -228,6 +228,14 @@ class Instance:
         return self.kind in ("function", "operator function")
 
     @property
+    def is_connector(self) -> bool:
+        return self.kind in ("connector", "expandable connector")
+
+    @property
+    def is_expandable(self) -> bool:
+        return self.kind == "expandable connector"
+
+    @property
     def is_local(self) -> bool:
         """Whether it is no part of the model: a class itself, or the type of a variable of a function."""
         return self.is_class or (self.component is not None and self.component.is_local)
@@ -574,6 +582,14 @@ class Instance:
             if found is not None:
                 return found
         return None
+
+    def inputs(self) -> "list[ComponentElement]":
+        """The inputs of a function."""
+        return [one for one in self.components() if one.causality == "input"]
+
+    def outputs(self) -> "list[ComponentElement]":
+        """The outputs of a function."""
+        return [one for one in self.components() if one.causality == "output"]
 
     def components(self) -> "Iterator[ComponentElement]":
         for element in self.elements.values():

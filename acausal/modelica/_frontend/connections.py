@@ -178,7 +178,7 @@ class Connections:
             raise here.error(x.at, f"{x} is no connector.")
         self._check(here, x, found)
         # The inner connector of an outer one is outside of the class that declares it, like the outer one itself.
-        is_outside = _is_connector(found.components[0])
+        is_outside = found.components[0].prototype.is_connector
         members: list[tuple[ComponentElement, Index]] = []
         dims: list[int] = []
         holders = [here.scope.whole]
@@ -202,7 +202,7 @@ class Connections:
 
     def _check(self, here: Expressions, x: t.Reference, found: references.Chain) -> None:
         around = [one.prototype.kind for one in found.components[:-1]]
-        if not _is_connector(found.last) and "expandable connector" not in around:
+        if not found.last.prototype.is_connector and "expandable connector" not in around:
             raise here.error(x.at, f"{x} is a {found.last.prototype.kind}, not a connector.")
         if any(not kind.endswith("connector") for kind in around[1:]):
             raise here.error(
@@ -230,7 +230,7 @@ class Connections:
             self._join_all(a, b, spot)
 
     def _join(self, a: Connector, b: Connector, spot: Spot) -> None:
-        kinds = {one.instance.kind == "expandable connector" for one in (a, b)}
+        kinds = {one.instance.is_expandable for one in (a, b)}
         if len(kinds) > 1:
             raise spot.error(f"only one of {a.path} and {b.path} is expandable.")
         if kinds == {True}:
@@ -298,7 +298,7 @@ class Connections:
     def _are_expandable(self, *components: ComponentElement) -> bool:
         """Whether one belongs to an expandable connector, whose variables get their direction from others."""
         around = [one.parent for one in components]
-        return any(one is not None and one.prototype.kind == "expandable connector" for one in around)
+        return any(one is not None and one.prototype.is_expandable for one in around)
 
     def check_direction(self, members: Sequence[ConnectorEnd], spot: Spot) -> None:
         """Raises `TextError` for connected signals with several sources (section 9.3)."""
@@ -403,20 +403,9 @@ def _fit(a: Type, b: Type) -> bool:
     return a.name == b.name and accepts(a, b)
 
 
-def _is_connector(component: ComponentElement) -> bool:
-    return component.prototype.kind in ("connector", "expandable connector")
-
-
 def _is_variable(component: ComponentElement) -> bool:
-    return type_of(component.prototype).name in (
-        "Real",
-        "Integer",
-        "Boolean",
-        "String",
-        "enumeration",
-        "Clock",
-        "object",
-    )
+    kind = type_of(component.prototype)
+    return kind.is_plain or kind.name in ("Clock", "object")
 
 
 def _reads_graph(x: t.IfClause) -> bool:

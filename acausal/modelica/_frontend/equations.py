@@ -124,7 +124,7 @@ class Equations:
             self._add(left.x, right.x, x.at, joined_dims(left.dims, right.dims))
 
     def check_type(self, at: int, kind: Type) -> None:
-        if kind.name not in ("Real", "Integer", "Boolean", "String", "enumeration", "record", "Clock", "any"):
+        if not kind.is_plain and kind.name not in ("record", "Clock", "any"):
             raise self.here.error(at, f"an equation cannot have sides of type {kind}.")
 
     def _records(self, left: Typed, right: Typed, at: int) -> None:

@@ -34,7 +34,7 @@ class Expansion:
             if not isinstance(found, references.Chain):
                 return
             component = self._context.inner(found.last)
-            if component.prototype.kind != "expandable connector":
+            if not component.prototype.is_expandable:
                 continue
             part = x.parts[n]
             known = component.prototype.elements.get(part.name)
@@ -126,4 +126,4 @@ class Expansion:
 
 
 def _are_expandable(*components: ComponentElement) -> bool:
-    return all(one.prototype.kind == "expandable connector" for one in components)
+    return all(one.prototype.is_expandable for one in components)

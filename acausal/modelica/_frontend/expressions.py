@@ -463,14 +463,13 @@ class Expressions:
         if values is None:
             return found, None
         self.context.select(found.x)
-        return found._replace(dims=(len(values),)), [self._value_as(kind, value) for value in values]
+        return found._replace(dims=(len(values),)), [self.value_as(kind, value) for value in values]
 
-    def _value_as(self, kind: Any, value: Any) -> Typed:
-        if kind.name == "enumeration":
+    def value_as(self, kind: Type, value: Any) -> Typed:
+        """A value of a plain type as a literal."""
+        if kind.name == "enumeration" and kind.instance is not None:
             return references.literal(self, kind.instance, int(value))
-        if kind == BOOLEAN:
-            return constant(bool(value))
-        return constant(float(value) if kind == REAL else int(value))
+        return constant({"Boolean": bool, "Real": float, "String": str}.get(kind.name, int)(value))
 
     def range_of_type(self, ref: t.Reference) -> tuple[Typed, list[Typed]] | None:
         """The values of an enumeration, or of Boolean, as a range."""

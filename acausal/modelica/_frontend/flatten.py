@@ -13,7 +13,7 @@ from .._translate.scope import NotKnown
 from . import restrictions
 from . import tree as t
 from .algorithms import Statements, targets
-from .classes import ComponentElement, Instance, Top, check_subtype, join
+from .classes import BUILTIN, ComponentElement, Instance, Top, check_subtype, join
 from .connections import Connections, Flow, equations
 from .equations import Equations, Found
 from .expressions import Expressions
@@ -90,9 +90,7 @@ class _Flattening:
                 step()
             self.problems.check()
         connectors = [
-            one.name
-            for one in self.root.components()
-            if one.prototype.kind in ("connector", "expandable connector") and self.context.is_present(one)
+            one.name for one in self.root.components() if one.prototype.is_connector and self.context.is_present(one)
         ]
         return FlatModelica(
             name=self.name,
@@ -174,15 +172,7 @@ class _Flattening:
 
     def _check_model(self) -> None:
         root = self.root
-        if root.kind not in (
-            "model",
-            "block",
-            "class",
-            "connector",
-            "record",
-            "operator record",
-            "expandable connector",
-        ):
+        if not root.is_connector and root.kind not in ("model", "block", "class", "record", "operator record"):
             raise root.error(root.tree.at, f"{self.name} is a {root.kind}, not a model.")
         if root.tree.is_partial:
             raise root.error(root.tree.at, f"the model {self.name} is partial.")
@@ -320,9 +310,7 @@ class _Flattening:
 
         self.variables[component.path] = FlatVariable(
             name=component.path,
-            type=kind.name
-            if kind.name in ("Real", "Integer", "Boolean", "String", "Clock")
-            else self._type_name(component),
+            type=kind.name if kind.name in BUILTIN else component.prototype.origin().element.target().path,
             variability=variability or ("parameter" if kind.name == "object" else "continuous"),
             causality=component.causality,
             dims=dims,
@@ -385,9 +373,6 @@ class _Flattening:
             return
         if not np.isfinite(value).all():
             raise component.error(f"the value of the constant {component.name} is not a number.")
-
-    def _type_name(self, component: ComponentElement) -> str:
-        return component.prototype.origin().element.target().path
 
     def _attribute(self, component: ComponentElement, name: str) -> Typed | None:
         modifier = component.prototype.attributes()[name]

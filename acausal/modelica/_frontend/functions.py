@@ -162,7 +162,7 @@ class Functions(Mapping[str, FlatFunction]):
         return FlatFunction(name, inputs, (), (), (), True, None, instance.source.place(instance.tree.at))
 
     def _object(self, name: str, instance: Instance, constructor: Instance) -> FlatFunction:
-        inputs = [self._formal(one) for one in constructor.components() if one.causality == "input"]
+        inputs = [self._formal(one) for one in constructor.inputs()]
         bodies = [base.tree.body for base in constructor.lineage()]
         external = next((one.external for one in bodies if isinstance(one, t.Long) and one.external), None)
         c_name = external.name if external is not None and external.name else constructor.name
@@ -180,12 +180,12 @@ def _bodies(base: Instance) -> list[t.Section | t.External]:
 def check_annotations(instance: Instance) -> None:
     """Checks the names in the annotations `derivative` and `inverse` of a function (sections 12.7.1 and 12.8)."""
     found = instance.tree.annotation
-    inputs = {one.name for one in instance.components() if one.causality == "input"}
+    inputs = {one.name for one in instance.inputs()}
     for argument in found.arguments if found else ():
         if not isinstance(argument, t.ElementModification) or argument.name[0] not in ("derivative", "inverse"):
             continue
         kind = argument.name[0]
-        if kind == "inverse" and sum(one.causality == "output" for one in instance.components()) != 1:
+        if kind == "inverse" and len(instance.outputs()) != 1:
             raise instance.error(argument.at, f"{instance.name} has an inverse, and must have one output.")
         for one in argument.modification.arguments:
             if not isinstance(one, t.ElementModification):

@@ -43,7 +43,7 @@ def binary(op: str, a: Typed, b: Typed, error: Error) -> Typed:
         return Typed(x, BOOLEAN, joined_dims(a.dims, b.dims), variability)
     if op in _RELATIONS:
         fits = accepts(a.type, b.type) or accepts(b.type, a.type)
-        if not fits or a.dims or b.dims or a.type.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
+        if not fits or a.dims or b.dims or not a.type.is_plain:
             raise unfit()
         return Typed(x, BOOLEAN, (), min(variability, 2))
     if op in ("+", ".+") and a.type == STRING and b.type == STRING:

@@ -20,7 +20,6 @@ from .expressions import Expressions
 from .functions import Functions
 from .modifiers import Binding, Index, Modifier
 from .operators import written
-from .references import literal
 from .typed import (
     VARIABILITY,
     Dims,
@@ -246,8 +245,8 @@ class Context:
         """The value of a constant as literals; None for other components, and for large arrays."""
         if component.variability != "constant":
             return None
-        kind = type_of(component.prototype)
-        if kind.name not in ("Real", "Integer", "Boolean", "String", "enumeration"):
+        kind, here = type_of(component.prototype), Expressions(self, component.scope)
+        if not kind.is_plain:
             return None
         dims = self.sizes(component)
         if None in dims or int(np.prod([n or 0 for n in dims])) > _SMALL:
@@ -257,18 +256,9 @@ class Context:
         except NotKnown:
             return None
         if not dims:
-            return self._literal(component, value)
+            return here.value_as(kind, value).x
         items = np.broadcast_to(np.asarray(value), [n or 0 for n in dims]).reshape(-1)
-        return nested([self._literal(component, plain(item)) for item in items], [n or 0 for n in dims])
-
-    def _literal(self, component: ComponentElement, value: Value) -> e.Expression:
-        kind = type_of(component.prototype)
-        if kind.name == "enumeration":
-            assert kind.instance is not None
-            return literal(Expressions(self, component.scope), kind.instance, int(value)).x
-        if kind.name == "Real":
-            return e.Const(float(value))
-        return e.Const(value)
+        return nested([here.value_as(kind, plain(item)).x for item in items], [n or 0 for n in dims])
 
     def binding(self, component: ComponentElement) -> Typed | None:
         """The value of a component in its declaration or a modifier, of the type and size of the component."""

@@ -2,7 +2,7 @@
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from .._syntax import expressions as e
@@ -30,6 +30,11 @@ class Type:
     @property
     def is_numeric(self) -> bool:
         return self.name in ("Real", "Integer")
+
+    @property
+    def is_plain(self) -> bool:
+        """Whether values are numbers, truths, texts or literals."""
+        return self.name in ("Real", "Integer", "Boolean", "String", "enumeration")
 
 
 REAL, INTEGER, BOOLEAN, STRING, CLOCK = map(Type, ("Real", "Integer", "Boolean", "String", "Clock"))
@@ -136,6 +141,12 @@ def nested(elements: Sequence[e.Expression], dims: Sequence[int]) -> e.Expressio
         return e.ArrayOf(tuple(elements), "array")
     count = len(elements) // dims[0] if dims[0] else 0
     return e.ArrayOf(tuple(nested(elements[i * count : (i + 1) * count], dims[1:]) for i in range(dims[0])), "array")
+
+
+def written_out(dims: Dims, make: Callable[[list[e.Const]], e.Expression]) -> e.Expression:
+    """An array constructor of some size, from its elements by their subscripts; of no size, the only element."""
+    sizes = [n or 0 for n in dims]
+    return nested([make([e.Const(i) for i in index]) for index in indices(sizes)], sizes)
 
 
 def element(x: e.Expression, index: Sequence[e.Expression]) -> e.Expression:
