@@ -151,3 +151,27 @@ def test_starts_follow_parameters_that_the_initialisation_determines() -> None:
     )
     with pytest.raises(ModelicaError, match=r"<model>.mo:1: .* n reads a parameter .*state pre\(n\)"):
         load(discrete + "equation when time > 0.5 then n = pre(n) + 1; end when; end M;", "M")
+
+
+NEAR = """
+package P
+  model Equal
+    Real u(start = 5), v(start = -5), w(start = 5), z(start = -5);
+  equation
+    u = v;
+    u * u = 9;
+    w = -z;
+    w * w = 9;
+  end Equal;
+  model Near
+    Equal a(u(start = 1), z(start = 1)), b(v(start = -1), w(start = 1)), c(v(start = 1));
+    Equal d(u(start = -1));
+  end Near;
+end P;
+"""
+
+
+def test_the_start_value_of_the_modifier_closest_to_the_top_counts_for_equal_variables() -> None:
+    sol = simulate(load(NEAR, "P.Near"), 0.1, save="end")
+    assert [float(sol[f"{part}.u"][-1]) for part in "abcd"] == pytest.approx([3.0, -3.0, 3.0, -3.0])
+    assert [float(sol[f"{part}.w"][-1]) for part in "ab"] == pytest.approx([-3.0, 3.0])

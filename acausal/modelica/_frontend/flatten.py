@@ -1,6 +1,7 @@
 """Flattening (Modelica 3.6, section 5.6): from the instance of a model to the flat model."""
 
 import functools as ft
+import math
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -18,7 +19,7 @@ from .connections import Connections, Flow, equations
 from .equations import Equations, Found
 from .expressions import Expressions
 from .library import Libraries, given
-from .modifiers import Index
+from .modifiers import Index, Modifier
 from .overconstrained import Graph
 from .parse import parse_modification
 from .references import assigned_in_when, without_indices
@@ -316,6 +317,7 @@ class _Flattening:
             dims=dims,
             binding=None if binding is None else binding.x,
             start=value("start"),
+            start_level=_level(component.prototype.attributes().get("start")),
             fixed=self._fixed(component, attributes.get("fixed"), dims),
             min=value("min"),
             max=value("max"),
@@ -483,6 +485,14 @@ def _has_equation(component: ComponentElement | None) -> bool:
             return True
         component = component.parent
     return False
+
+
+def _level(start: Modifier | None) -> float:
+    """How many components deep the modifier of a start value is (section 8.6.2); infinite in a type."""
+    binding = start.binding if start is not None else None
+    if binding is None or binding.scope.whole.is_class:
+        return math.inf
+    return binding.scope.path.count(".") + bool(binding.scope.path)
 
 
 def _in_connector(component: ComponentElement, kinds: Sequence[str] = ("connector", "expandable connector")) -> bool:

@@ -1,6 +1,7 @@
 """The flat model: variables, equations, algorithms and functions."""
 
 import dataclasses
+import math
 from collections.abc import Mapping
 
 from .expressions import Assert, Body, Expression, WhenClause
@@ -30,6 +31,7 @@ class FlatVariable:
     dims: tuple[int, ...] = ()
     binding: Expression | None = None
     start: Expression | None = None
+    start_level: float = math.inf  # how deep in the model the modifier of the start value is; infinite in a type
     fixed: tuple[bool, ...] = ()  # one for all elements, or one for each; empty if not stated
     min: Expression | None = None
     max: Expression | None = None

@@ -1,12 +1,14 @@
 """Guesses of variables for which the model states none, from those that it states.
 
 An iteration that starts from zero may divide by zero. An equation x = f(y, ...) carries guesses on from y to x, and
-x = y in both directions. Where all of y are known at the start, x is too, and the start value of x, which is often that
+x = y in both directions, where the start value of the modifier closest to the top counts for both (section 8.6.2).
+Where all of y are known at the start, x is too, and the start value of x, which is often that
 of its type, does not count: a density of 995 kg/m3 by an equation, of a type with `start=1`.
 """
 
 import functools as ft
-from collections.abc import Collection, Mapping
+import math
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -47,6 +49,8 @@ def propagate(groups: Collection[FormGroup], leaves: Mapping[str, ModelLeaf], fu
 
 def _carried(left: Any, right: Any, leaves: list[Any], functions: Any, exact: set[str]) -> bool:
     """Takes the value of one side as the guess of the variable on the other side."""
+    if isinstance(left, e.Unary) and left.op == "Minus":
+        left, right = left.arg, e.Unary("Minus", right)
     if not isinstance(left, SlotValue):
         return False
     leaf: ModelLeaf = leaves[left.number]
@@ -54,7 +58,7 @@ def _carried(left: Any, right: Any, leaves: list[Any], functions: Any, exact: se
         return False
     reads = slots_in(right)
     is_exact = all(leaves[place].path in exact for place in reads)
-    if leaf.has_guess and not is_exact:
+    if leaf.has_guess and not is_exact and not (_is_sign_of(right) and _level(leaves, reads) < leaf.start_level):
         return False
     if left.number in reads or not all(_is_known(leaves[place]) for place in reads):
         return False
@@ -66,10 +70,19 @@ def _carried(left: Any, right: Any, leaves: list[Any], functions: Any, exact: se
         return False
     if not isinstance(value, int | float) or not np.isfinite(value) or (value == 0.0 and not is_exact):
         return False
-    leaf.guess, leaf.has_guess = float(value), True
+    leaf.guess, leaf.has_guess, leaf.start_level = float(value), True, _level(leaves, reads)
     if is_exact:
         exact.add(leaf.path)
     return True
+
+
+def _is_sign_of(x: Any) -> bool:
+    """Whether a term is a variable or its negative."""
+    return isinstance(x.arg if isinstance(x, e.Unary) else x, SlotValue)
+
+
+def _level(leaves: Sequence[ModelLeaf], reads: Collection[int]) -> float:
+    return max((leaves[place].start_level for place in reads), default=math.inf)
 
 
 def _is_known(leaf: ModelLeaf) -> bool:

@@ -1,6 +1,7 @@
 """The leaves of a translated model."""
 
 import dataclasses
+import math
 from typing import Any, Literal
 
 from ..._declare.annotations import Limits
@@ -31,6 +32,7 @@ class ModelLeaf:
     value: Any = None
     is_followed: bool = False  # a start value that parameters determine unless the model has another one
     has_guess: bool = False  # whether the model states the guess
+    start_level: float = math.inf  # how deep in the model the guess is stated
     in_port: bool = False
     variable: FlatVariable | None = None
 

@@ -36,6 +36,7 @@ class StartValues:
         assert variable is not None
         value = as_leaf(shaped(value, variable))
         leaf.guess, leaf.has_guess = _nested(np.asarray(value)), bool(np.any(np.asarray(value) != 0.0))
+        leaf.start_level = variable.start_level
         # The start value of a discrete variable is that of its `pre`.
         if variable.fixed and all(variable.fixed) and not leaf.is_discrete:
             leaf.value = value
