@@ -176,3 +176,41 @@ def test_members_of_buses_that_are_only_connected_with_each_other_do_not_exist()
     assert "other.one.used" in paths
     assert not [path for path in paths if path.rpartition(".")[2] in ("unused", "flag", "idle")]
     assert structure(model).variables == len(paths)
+
+
+LOOP = """
+package Loops
+  record Orientation
+    Real t[2];
+    function equalityConstraint
+      input Orientation a, b;
+      output Real residue[1] = {a.t[1] - b.t[1]};
+    algorithm
+    end equalityConstraint;
+  end Orientation;
+  connector Frame Orientation R; flow Real f; end Frame;
+  model World Frame a; equation a.R.t = {time, 2}; Connections.root(a.R); end World;
+  model Rod
+    Frame a, b;
+    Real turn;
+  equation
+    Connections.branch(a.R, b.R);
+    b.R.t = a.R.t + {turn, 0};
+    a.f + b.f = 0;
+  end Rod;
+  model Model "The loop determines the turn of one rod, and the force in the other is given"
+    World world; Rod first, second;
+  equation
+    connect(world.a, first.a); connect(world.a, second.a); connect(first.b, second.b);
+    first.turn = 3;
+    first.a.f = 5;
+  end Model;
+end Loops;
+"""
+
+
+def test_a_loop_of_frames_is_closed_by_the_residue_of_their_orientations() -> None:
+    sol = simulate(load(LOOP, "Loops.Model"), 1.0, save="end")
+    assert sol["second.turn"][-1] == pytest.approx(3.0)
+    assert sol["second.b.R.t"][-1] == pytest.approx([4.0, 2.0])
+    assert sol["world.a.f"][-1] == pytest.approx(0.0)

@@ -75,8 +75,10 @@ def _groups(model: Translation, starts: StartValues) -> EquationGroups:
 
 def _joins_expandable(model: Translation, equation: FlatEquation) -> bool:
     """Whether an equation connects members of expandable connectors with each other only."""
-    names = names_in(equation.residual)
-    return equation.origin == "connection" and all(model.flat.variables[name].is_expandable for name in names)
+    if equation.origin != "connection":
+        return False
+    variables = [model.flat.variables.get(name) for name in names_in(equation.residual)]
+    return all(variable is not None and variable.is_expandable for variable in variables)  # None for a record
 
 
 def _add_used(groups: EquationGroups, between: Iterable[FlatEquation]) -> None:
