@@ -8,6 +8,7 @@ from .._syntax import expressions as e
 from .._syntax.visits import parts_of
 from . import references
 from . import tree as t
+from .builtins import arguments
 from .calls import as_type
 from .classes import join
 from .expressions import Expressions
@@ -168,7 +169,7 @@ class Statements:
         if name == "terminate":
             if self.is_function:
                 raise self.here.error(call.at, "`terminate` is not allowed in functions.")
-            message = self.here.single(_argument(self.here, call, ("message",), 0))
+            message = self.here.single(*arguments(self.here, name, call, 1, 1))
             if message.type != STRING or message.dims:
                 raise self.here.error(
                     call.at, f"the message of `terminate` must be a String, not of type {message.type}."
@@ -182,7 +183,7 @@ class Statements:
 
     def reinit(self, call: t.Call) -> tuple[e.Reinit, ...]:
         """The new value of a state, or of elements of it."""
-        state, value = (self.here.single(_argument(self.here, call, ("x", "expr"), i)) for i in range(2))
+        state, value = map(self.here.single, arguments(self.here, "reinit", call, 2, 2))
         if state.type.name != "Real" or state.variability < 3:
             raise self.here.error(call.at, "`reinit` needs a continuous Real variable.")
         if not value.type.is_numeric or not same_dims(state.dims, value.dims):
@@ -302,14 +303,13 @@ def targets(body: e.Body) -> Iterator[e.Target]:
 
 
 def assertion(here: Expressions, call: t.Call) -> e.Assert:
-    names = ("condition", "message", "level")
-    condition = here.boolean(_argument(here, call, names, 0), "the condition of `assert`")
-    message = here.single(_argument(here, call, names, 1))
+    first, second, *third = arguments(here, "assert", call, 2, 3)
+    condition, message = here.boolean(first, "the condition of `assert`"), here.single(second)
     if message.type.name != "String":
         raise here.error(call.at, f"the message of `assert` must be a String, not of type {message.type}.")
     is_warning = False
-    if len(call.args) + len(call.named) > 2:
-        level = here.single(_argument(here, call, names, 2))
+    if third:
+        level = here.single(third[0])
         if level.type.name != "enumeration" or level.variability > PARAMETER:
             raise here.error(call.at, "the level of `assert` must be a literal of AssertionLevel.")
         is_warning = int(here.context.value(level.x)) == 1
@@ -320,17 +320,3 @@ def _named(here: Expressions, call: t.Call) -> str:
     """The name of an assertion, with its component, file and line."""
     place = here.scope.source.place(call.at)
     return f"{call.function} ({join(here.scope.path, f'{Path(place.file).name}:{place.line}')})"
-
-
-def _argument(here: Expressions, call: t.Call, names: Sequence[str], i: int) -> t.Expression:
-    for key, _ in call.named:
-        if key not in names:
-            raise here.error(call.at, f"`{call.function}` has no argument {key}.")
-    if len(call.args) + len(call.named) > len(names):
-        raise here.error(call.at, f"`{call.function}` has too many arguments.")
-    if i < len(call.args):
-        return call.args[i]
-    for key, value in call.named:
-        if key == names[i]:
-            return value
-    raise here.error(call.at, f"`{call.function}` needs the argument {names[i]}.")

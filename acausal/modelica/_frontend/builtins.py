@@ -47,6 +47,7 @@ _NAMES = {
     "shiftSample": ("u", "shiftCounter", "resolution"), "backSample": ("u", "backCounter", "resolution"),
     "noClock": ("u",), "interval": ("u",), "firstTick": ("u",), "div": ("x", "y"), "mod": ("x", "y"),
     "rem": ("x", "y"), "atan2": ("u1", "u2"), "linspace": ("x1", "x2", "n"), "cross": ("x", "y"),
+    "assert": ("condition", "message", "level"), "terminate": ("message",), "reinit": ("x", "expr"),
     "spatialDistribution": ("in0", "in1", "x", "positiveVelocity", "initialPoints", "initialValues"),
 }  # fmt: skip
 _TEXT = {"significantDigits": "Integer", "minimumLength": "Integer", "leftJustified": "Boolean", "format": "String"}
@@ -60,24 +61,21 @@ _REAL = "sin cos tan asin acos atan sinh cosh tanh exp log log10 sqrt".split()
 
 def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     """A call of a function of the language."""
+    low, high, handler = FUNCTIONS[name]
     if x.named and name not in ("String", "Clock"):
-        x = t.Call(x.function, _positional(here, name, x), (), x.at)
+        x = t.Call(x.function, arguments(here, name, x, low, high), (), x.at)
+    _check_count(here, name, x, low, high)
     given = [*x.args, *(value for _, value in x.named)]
     if name == "size" and len(given) in (1, 2):
         return _size(here, x, given)
     args = [here.single(arg) for arg in given]
     if name in _OUTSIDE_FUNCTIONS and here.scope.whole.is_function:
         raise here.error(x.at, f"`{name}` is not allowed in functions.")
-    low, high, handler = FUNCTIONS[name]
-    if not low <= len(args) <= high:
-        raise here.error(
-            x.at, f"`{name}` has {len(args)} arguments, but needs {low if low == high else f'{low} to {high}'}."
-        )
     return handler(here, name, x, args)
 
 
-def _positional(here: "Expressions", name: str, x: t.Call) -> tuple[t.Expression, ...]:
-    """The arguments in their order."""
+def arguments(here: "Expressions", name: str, x: t.Call, low: int, high: int) -> tuple[t.Expression, ...]:
+    """The arguments of an operator or function in their order. Raises `TextError` for another number of them."""
     names = _NAMES.get(name, ("x",))
     given = dict(enumerate(x.args))
     for key, value in x.named:
@@ -88,7 +86,16 @@ def _positional(here: "Expressions", name: str, x: t.Call) -> tuple[t.Expression
     for i in range(len(given)):
         if i not in given:
             raise here.error(x.at, f"`{name}` needs a value of its argument {names[i]}.")
+    _check_count(here, name, x, low, high)
     return tuple(given[i] for i in range(len(given)))
+
+
+def _check_count(here: "Expressions", name: str, x: t.Call, low: int, high: int) -> None:
+    count = len(x.args) + len(x.named)
+    if not low <= count <= high:
+        raise here.error(
+            x.at, f"`{name}` has {count} arguments, but needs {low if low == high else f'{low} to {high}'}."
+        )
 
 
 def _title(name: str) -> str:

@@ -18,11 +18,9 @@ from .typed import (
     Typed,
     accepts,
     element,
-    field,
     indices,
     joined_dims,
     same_dims,
-    type_of,
     written_dims,
 )
 
@@ -147,14 +145,8 @@ class Equations:
                 yield from self._elements(x._replace(x=item, dims=x.dims[1:]))
 
     def _fields(self, x: Typed) -> list[Typed]:
-        instance = x.type.instance
-        assert instance is not None
-        names = [one.name for one in instance.components()]
-        found = []
-        for one in sorted(instance.components(), key=lambda one: one.name):
-            kind = type_of(one.prototype)
-            found.append(Typed(field(x.x, one.name, names), kind, self.here.context.sizes(one), x.variability))
-        return found
+        names = sorted(one.name for one in x.type.instance.components()) if x.type.instance else []
+        return [found for name in names if (found := self.here.context.field(x, name)) is not None]
 
     def _several(self, x: t.Equality, left: Typed, right: Typed) -> None:
         here = self.here

@@ -136,7 +136,9 @@ class Expressions:
         found = self.names[ref.parts[0].name]
         for i, part in enumerate(ref.parts):
             if i:
-                found = references.with_field(self, found, part.name, part.at)
+                record, found = found, self.context.field(found, part.name) if found.type.name == "record" else None
+                if found is None:
+                    raise self.error(part.at, f"a value of type {record.type} has no field {part.name}.")
             if part.subs:
                 subs, rest = self.subscripts(part, found.dims, found.x)
                 found = found._replace(x=element(found.x, subs), dims=tuple(rest))

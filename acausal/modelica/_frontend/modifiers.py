@@ -1,7 +1,7 @@
 """Modification and redeclaration (Modelica 3.6, chapter 7): modifiers with the scopes of their expressions, merged."""
 
 import dataclasses
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any
 
 from .._syntax.flat import SourcePlace
@@ -85,19 +85,20 @@ class Modifier:
 
     def indexed(self, array: "ComponentElement", index: Index) -> "Modifier":
         """The modifier for one element of an array of components: of the modifiers inside, those without `each`."""
-        binding, redeclaration = self.binding, self.redeclaration
-        if binding is not None and not binding.is_each:
-            binding = binding.indexed(array, index)
+        return self._changed(lambda one: one if one.is_each else one.indexed(array, index))
+
+    def _changed(self, change: Callable[[Any], Any]) -> "Modifier":
+        """The modifier with its value, and the modifiers directly inside, changed."""
+        redeclaration = self.redeclaration
         if redeclaration is not None:
-            own, below = (
-                one if one is None or one.is_each else one.indexed(array, index)
-                for one in (redeclaration.own, redeclaration.below)
-            )
+            own, below = (one and change(one) for one in (redeclaration.own, redeclaration.below))
             redeclaration = dataclasses.replace(redeclaration, own=own, below=below)
-        elements = {
-            name: inner if inner.is_each else inner.indexed(array, index) for name, inner in self.elements.items()
-        }
-        return dataclasses.replace(self, binding=binding, elements=elements, redeclaration=redeclaration)
+        return dataclasses.replace(
+            self,
+            binding=self.binding and change(self.binding),
+            elements={name: change(one) for name, one in self.elements.items()},
+            redeclaration=redeclaration,
+        )
 
     def without_binding(self) -> "Modifier":
         return dataclasses.replace(self, binding=None) if self.binding else self
@@ -106,20 +107,7 @@ class Modifier:
         """The same modifier, with `each` at all that is inside instead of its own."""
         if not self.is_each:
             return self
-        binding, redeclaration = self.binding, self.redeclaration
-        if redeclaration is not None:
-            own, below = (
-                None if one is None else dataclasses.replace(one, is_each=True)
-                for one in (redeclaration.own, redeclaration.below)
-            )
-            redeclaration = dataclasses.replace(redeclaration, own=own, below=below)
-        return dataclasses.replace(
-            self,
-            binding=None if binding is None else dataclasses.replace(binding, is_each=True),
-            elements={name: dataclasses.replace(one, is_each=True) for name, one in self.elements.items()},
-            redeclaration=redeclaration,
-            is_each=False,
-        )
+        return dataclasses.replace(self._changed(lambda one: dataclasses.replace(one, is_each=True)), is_each=False)
 
     def without_redeclaration(self) -> "Modifier | None":
         """The rest of the modifier, if there is any."""

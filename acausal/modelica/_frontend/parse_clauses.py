@@ -38,21 +38,21 @@ class ClauseParser(ExpressionParser):
 
     def _equation(self) -> t.Clause:
         at = self.at
-        match self.kind:
-            case "if":
-                return self._if_clause(self._equation)
-            case "for":
-                return self._for_clause(self._equation)
-            case "when":
-                return self._when(self._equation)
-            case "connect":
-                return self.connect()
+        if (found := self._structured(self._equation)) is not None:
+            return found
+        if self.kind == "connect":
+            return self.connect()
         left = self.simple_expression()
         if self.accept("="):
             return t.Equality(left, self.expression(), at)
         if isinstance(left, t.Call):
             return t.CallEquation(left, at)
         raise self.unexpected("`=` after the left side of an equation")
+
+    def _structured(self, clause: Callable[[], t.Clause]) -> t.Clause | None:
+        """The clause with others inside that begins here; None for another one."""
+        parsers = {"if": self._if_clause, "for": self._for_clause, "when": self._when}
+        return parsers[self.kind](clause) if self.kind in parsers else None
 
     def connect(self) -> t.Connect:
         at = self.at
@@ -66,13 +66,9 @@ class ClauseParser(ExpressionParser):
 
     def _statement(self) -> t.Clause:
         at = self.at
+        if (found := self._structured(self._statement)) is not None:
+            return found
         match self.kind:
-            case "if":
-                return self._if_clause(self._statement)
-            case "for":
-                return self._for_clause(self._statement)
-            case "when":
-                return self._when(self._statement)
             case "while":
                 self.i += 1
                 condition = self.expression()

@@ -298,11 +298,3 @@ class _Global:
 def _check_unconditional(here: "Expressions", component: ComponentElement, at: int) -> None:
     if component.condition is not None:
         raise here.error(at, f"{component.name} has a condition, and can be modified and connected only.")
-
-
-def with_field(here: "Expressions", base: Typed, name: str, at: int) -> Typed:
-    """A field of a record that is the value of an expression."""
-    found = here.context.field(base, name) if base.type.name == "record" else None
-    if found is None:
-        raise here.error(at, f"a value of type {base.type} has no field {name}.")
-    return found
