@@ -37,6 +37,7 @@ from .typed import (
     Typed,
     accepts,
     indices,
+    limited,
     same_dims,
     type_of,
     written_dims,
@@ -229,6 +230,9 @@ class _Flattening:
         if type_of(component.prototype).name != type_of(inner.prototype).name:
             raise component.error(f"{inner.path} is no {component.prototype.name}, as the outer component needs.")
         check_subtype(inner.prototype, component.prototype, component.error, "the class of the outer component")
+        allowed, found = (limited(VARIABILITY[one.variability], type_of(one.prototype)) for one in (component, inner))
+        if found > allowed:
+            raise component.error(f"{component.name} is a {component.variability}, but {inner.path} varies.")
         stated, given = component.tree.dims, self.context.sizes(inner)
         if len(stated) != len(given) or not (
             any(isinstance(size, t.Whole) for size in stated) or same_dims(self.context.sizes(component), given)

@@ -78,6 +78,8 @@ LOOKUP = [
     ("package P constant Real c = 1; end P; model M Real y = P; end M;", "P is a package, and no value"),
     ("type E = enumeration(a, b); model M E e = E.a[1]; end M;", "the literal a has no elements"),
     ("model A outer Real x; end A; model M inner Real x = 1; A a(x = 2); end M;", "changes x, which is outer"),
+    ("model A outer parameter Real x; Real y = x; end A; model M inner Real x = time; A a; end M;",
+     "x is a parameter, but x varies"),
     ("model B Real x; end B; model A outer model X = B(x = 1); X x; end A; model M inner model X = B; A a; end M;",
      "X is outer, and cannot have modifiers"),
     ("model A outer Real x; end A; model M inner model x = A; A a; end M;", "but the inner element is a class"),
