@@ -146,3 +146,34 @@ def test_derivatives_of_derivatives(parts: dict[str, str], law: str, y: float, r
     assert sol["y"] == pytest.approx(expected, rel=1e-8)
     assert sol["a"] == pytest.approx(slope**2 - expected**2, rel=1e-7)
     assert sol["b"] == pytest.approx(-4.0 * expected * slope, rel=1e-7)
+
+
+ELEMENTS = """
+model Elements "Arrays in which some elements have fixed start values"
+  parameter Real p = 4, q(fixed = false);
+  Real x[3](each start = p, fixed = {true, false, true});
+  Real y[2, 2](start = [1, 2; 3, p], fixed = [false, true; false, true]);
+  Real z[2](each start = q, fixed = {true, false});
+initial equation
+  x[1] + x[2] = 7;
+  sum(y) = 10;
+  y[1, 1] = y[2, 1];
+  q = 3;
+  z[1] + z[2] = 5;
+equation
+  der(x) = zeros(3);
+  der(y) = zeros(2, 2);
+  der(z) = zeros(2);
+end Elements;
+"""
+
+
+@pytest.mark.thorough
+@pytest.mark.parametrize("p", [4.0, 6.0])
+def test_fixed_elements_of_arrays_keep_their_start_values(p: float) -> None:
+    """The initial equations determine the other elements."""
+    start = simulate(replace(load(ELEMENTS, "Elements"), {"p": p}), 0.1)
+    assert start["x"][0].tolist() == pytest.approx([p, 7.0 - p, p])
+    free = (10.0 - 2.0 - p) / 2.0
+    assert start["y"][0].tolist() == [pytest.approx([free, 2.0]), pytest.approx([free, p])]
+    assert start["z"][0].tolist() == pytest.approx([3.0, 2.0])

@@ -3,15 +3,10 @@
 import dataclasses
 from typing import Any
 
-import jax
-import jax.numpy as jnp
-
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation
 from .._syntax.visits import mapped
-from .evaluate import evaluate
 from .leaves import ModelLeaf
-from .scope import Scope
 from .terms import reads_rates
 from .translation import Translation
 
@@ -50,11 +45,5 @@ class _NamedRates:
         leaves, number = self._model.leaves, 1
         while (name := f"rate_{number}") in leaves:
             number += 1
-        leaves[name] = ModelLeaf(name, "var", dims=self._shape(x))
+        leaves[name] = ModelLeaf(name, "var", dims=self._model.shape(x))
         return name
-
-    def _shape(self, x: Any) -> tuple[int, ...]:
-        term, reads = self._model.term(x)
-        values = [jax.ShapeDtypeStruct(leaf.dims, float) for leaf in reads]
-        scope = self._model.known.library
-        return jax.eval_shape(lambda *found: jnp.asarray(evaluate(term, Scope(scope, found))), *values).shape

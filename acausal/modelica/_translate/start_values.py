@@ -6,7 +6,7 @@ import numpy as np
 
 from .._errors import ModelicaError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation
+from .._syntax.flat import FlatEquation, FlatVariable
 from .known import shaped
 from .leaves import ModelLeaf
 from .scope import NotKnown
@@ -20,16 +20,30 @@ class StartValues:
     def __init__(self, model: Translation) -> None:
         self._model = model
         self._late: list[ModelLeaf] = []  # with a start value that depends on parameters
+        self._partly: list[FlatVariable] = []  # arrays with fixed and free elements
         self._late_previous: dict[str, tuple[Any, list[ModelLeaf]]] = {}
 
     def state(self, leaf: ModelLeaf) -> None:
         """The start value of a variable: a guess, unless it is fixed."""
         if leaf.variable is None or leaf.variable.start is None:
             return
+        if any(leaf.variable.fixed) and not all(leaf.variable.fixed) and not leaf.is_discrete:
+            self._partly.append(leaf.variable)
         try:
             self._set(leaf, number(self._model.known.value(leaf.variable.start)))
         except NotKnown:
             self._late.append(leaf)
+
+    def _fix_elements(self, variable: FlatVariable) -> None:
+        """The start values of the fixed elements of an array are initial equations, if others are free."""
+        assert variable.start is not None
+        is_array = bool(self._model.shape(variable.start))
+        for index, is_fixed in zip(np.ndindex(variable.dims), variable.fixed, strict=True):
+            if is_fixed:
+                place = tuple(e.Const(i + 1) for i in index)
+                value = e.Subscript(variable.start, place) if is_array else variable.start
+                sides = e.Binary("Sub", e.Ref(variable.name, place), value)
+                self._model.lowered.initial_equations.append(FlatEquation(sides, "", "start", variable.source))
 
     def _set(self, leaf: ModelLeaf, value: Value) -> None:
         variable = leaf.variable
@@ -42,7 +56,9 @@ class StartValues:
             leaf.value = value
 
     def state_late(self) -> None:
-        """The start values that depend on parameters, which follow them."""
+        """The start values that depend on parameters, which follow them, and those of elements."""
+        for variable in self._partly:
+            self._fix_elements(variable)
         for leaf in self._late:
             assert leaf.variable is not None
             term, reads = self._model.term(leaf.variable.start)

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Sequence
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -12,7 +13,7 @@ from .clocks import Clocked, without_clocks
 from .connectors import Connectors
 from .determined import Determined
 from .discrete_starts import with_starts
-from .evaluate import SharedCalls
+from .evaluate import SharedCalls, evaluate
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .record_targets import without_record_targets
@@ -76,6 +77,13 @@ class Translation:
         known = [plain(np.asarray(leaf.value)) for leaf in leaves]
         key = tuple(leaf.path for leaf in leaves)
         return number(self.calls.value(term, Scope(self.known.library, known), key))
+
+    def shape(self, x: Any) -> tuple[int, ...]:
+        """The shape of an expression of variables and parameters."""
+        term, reads = self.term(x)
+        values = [jax.ShapeDtypeStruct(leaf.dims, float) for leaf in reads]
+        scope = self.known.library
+        return jax.eval_shape(lambda *found: jnp.asarray(evaluate(term, Scope(scope, found))), *values).shape
 
     def path(self, name: str) -> str:
         """The path of the leaf of a variable."""
