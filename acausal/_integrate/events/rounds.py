@@ -127,6 +127,8 @@ class Iteration(NamedTuple):
         if self.is_start:
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)
+        # Conditions that changed in a round before this one follow from its events, not from time.
+        passes = own.is_any & (true != events.circuit.hold(r.truths))
         held, listed, remains = self.before(r, true, is_first)
         changes = edges(true, held, events.either)
         triggered = with_follows(events, changes, ys[1], here.values)
@@ -171,7 +173,7 @@ class Iteration(NamedTuple):
             ticks=ticks,
             truths=jnp.where(own.is_any, r.truths, truths),
             holds=holds,
-            by_time=changes & own.is_any & ~events.impacts & (not self.is_start),
+            by_time=changes & passes & ~events.impacts & (not self.is_start),
             happened=r.happened | fired,
             first=jnp.where((r.first < 0) & any_acts, jnp.argmax(acts), r.first),
             stored=stored,
