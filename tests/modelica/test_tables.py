@@ -1,12 +1,14 @@
 """Tables of the Modelica Standard Library: interpolation, extrapolation, time events."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
 
-from acausal import ModelError
+from acausal import Component, Equations, ModelError, Scalar, Var, eq, structure
 from acausal.modelica._translate.external import EXTERNAL
 from acausal.modelica._translate.tables import Table1D, Table2D, TimeTable
 from acausal.modelica._translate.tables.by_time import NEVER
@@ -129,6 +131,21 @@ def test_the_next_event_tells_the_side_of_a_jump() -> None:
     assert table.value(1, 1.0 - 1e-16, 2.0) == 3.0
     assert_allclose(table.value(1, 1.1, 1.0), 1.1)  # a step beyond the event sees no jump
     assert table.value(1, jnp.asarray(1.0), jnp.asarray(2.0)) == 3.0
+
+
+@pytest.mark.parametrize("extrapolation", [1, 2, 3])
+def test_a_table_of_time_does_not_jump_between_its_events(extrapolation: int) -> None:
+    table = time_table(JUMP, extrapolation=extrapolation, events=2)
+
+    class Signal(Component):
+        following: Var[Scalar, "1"] = 1.0
+        y: Var[Scalar, "1"] = 0.0
+
+        def equations(self, d: Any) -> Equations:
+            y = table.value(1, 0.5 * self.following, self.following)
+            return dict(following=eq(d.following, 1.0, check_units=False), y=eq(self.y, y))
+
+    structure(Signal())  # without a JumpWarning
 
 
 def test_a_table_is_zero_before_its_start() -> None:

@@ -114,7 +114,9 @@ class TimeTable:
 
     def _event_before(self, s: Any) -> Any:
         xp = library_of(s, self.curves.x)
-        return xp.max(xp.where(xp.asarray(self.is_event) & (self.curves.x < s), self.curves.x, -NEVER))
+        knots = xp.asarray(self.curves.x)
+        latest = xp.maximum.accumulate(xp.where(xp.asarray(self.is_event), knots, -NEVER))
+        return xp.concatenate([xp.full(1, -NEVER), latest])[xp.searchsorted(knots, s)]
 
     def _rounding(self, t: Any) -> Any:
         xp = library_of(t, self.shift, self.curves.x)
