@@ -133,6 +133,13 @@ def test_parameters_outside_their_limits_are_refused_with_their_place(text: str,
         load(text, "M")
 
 
+def test_a_modifier_widens_the_limits_of_a_parameter() -> None:
+    text = f"model A type K = Real(min = 1); parameter K k = 0; {BODY} end A; model M A a[2]; end M;"
+    with pytest.raises(ModelicaError, match=r"Remedy: another value, or another limit by a modifier: k\(min="):
+        load(text, "M")
+    load(text, "M(a(each k(min=0)))")
+
+
 def test_parameters_that_move_out_of_their_limits_end_the_run() -> None:
     text = f"model A parameter Real k(max = 10); {BODY} end A; model M parameter Real q = 2; A a(k = 4 * q); end M;"
     model = replace(load(text, "M"), {"q": 3.0})
@@ -155,6 +162,28 @@ def test_parameters_that_move_out_of_their_limits_end_the_run() -> None:
 def test_errors_of_the_structure_name_the_lines_of_variables(text: str, message: str) -> None:
     with pytest.raises(StructureError, match=message):
         simulate(load(f"model M\n{text}\nend M;", "M"), 1.0)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Boolean a; equation a = not a;",
+        "Boolean a, b; equation a = not b; b = a;",
+        "Boolean a; Real x(start = 0, fixed = true); equation a = (if a then x > 0.5 else x < 0.3); der(x) = 1;",
+    ],
+)
+@pytest.mark.thorough
+def test_a_loop_of_truths_without_a_solution_is_refused(text: str) -> None:
+    with pytest.raises(SimulationError, match=r"The equations <model>\.mo:1.* have no solution there"):
+        simulate(load(f"model M {text} end M;", "M"), 1.0)
+
+
+@pytest.mark.thorough
+def test_a_loop_of_truths_with_a_solution_is_solved() -> None:
+    text = "model M Boolean a, b; equation a = not b; b = a and time > 0.5; end M;"
+    solution = simulate(load(text, "M"), 0.4)
+    assert solution["a"][-1] == 1.0
+    assert solution["b"][-1] == 0.0
 
 
 @pytest.mark.parametrize(

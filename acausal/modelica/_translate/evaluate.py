@@ -33,8 +33,10 @@ def _slot(x: SlotValue, at: Scope) -> Value:
     value = at.values[x.number]
     if x.kind != "boolean":
         return value
-    # In conditions of events, relations of real numbers must be inequalities.
-    return value > 0.5 if at.in_condition else value != 0.0
+    if at.in_condition:  # relations of real numbers must be inequalities there
+        return value > 0.5
+    # Rounded, because a search for a solution of `a = not a` would end at a tiny a, which is not 0.
+    return value != 0.0 if is_known(value) else jnp.round(value) != 0.0
 
 
 def _ref(x: e.Ref, at: Scope) -> Value:
