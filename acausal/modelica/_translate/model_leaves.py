@@ -133,8 +133,10 @@ class ModelLeaves:
             (low, is_set), (high, is_too) = self._limit(variable.min, -np.inf), self._limit(variable.max, np.inf)
         limits = Limits(float(np.min(low)), float(np.max(high)), f"declared in {variable.place}")
         if not np.all((np.asarray(value) >= low) & (np.asarray(value) <= high)):
+            side = "max" if np.all(np.asarray(value) >= low) else "min"
             raise ModelicaError(
-                f"{variable.source}: {variable.name} must be {limits.name} ({limits.place}), got {value}."
+                f"{variable.source}: {variable.name} must be {limits.name} ({limits.place}), got {value}. Remedy: "
+                f"another value, or another limit by a modifier: {variable.name.rpartition('.')[2]}({side}=...)."
             )
         limits = dataclasses.replace(
             limits, low=limits.low if is_set else -np.inf, high=limits.high if is_too else np.inf
