@@ -1,6 +1,7 @@
 """The command line: `python -m acausal.modelica --help`."""
 
 import argparse
+import re
 import subprocess
 import sys
 import time
@@ -10,8 +11,9 @@ from pathlib import Path
 import numpy as np
 
 from .._command_line import exit_code
-from .._errors import ModelError
+from .._errors import ModelError, UnknownNameError, suggestion
 from .._extras import needed, panels
+from .._integrate.results.solution import Solution
 from .._integrate.simulate import simulate
 from .._show.structure import structure
 from ._load import load
@@ -77,8 +79,8 @@ def _simulate(options: argparse.Namespace) -> int:
     model = load(options.source, options.model, options.roots)
     solution = simulate(model, options.stop, save=np.linspace(0.0, options.stop, 501), progress=True)
     states = [name for name in solution.system.state_names if not name.startswith("der(")]
-    wanted = options.signals if options.signals is not None else states
-    found = [pair for name in wanted for pair in _elements(name, np.asarray(solution[name]))]
+    wanted = [_modelica_name(name) for name in states] if options.signals is None else options.signals
+    found = [pair for name in wanted for pair in _signals(solution, name)]
     names, columns = [name for name, _ in found], [np.asarray(solution.ts), *(column for _, column in found)]
     for name, column in zip(names, columns[1:], strict=True):
         print(f"{name}: {column[0]:.6g} to {column[-1]:.6g}")
@@ -93,6 +95,31 @@ def _simulate(options: argparse.Namespace) -> int:
         axes[-1].set_xlabel("time in s")
         needed("matplotlib.pyplot", "plots", "A picture").savefig(options.plot)
     return 0
+
+
+def _signals(solution: Solution, name: str) -> list[tuple[str, np.ndarray]]:
+    """A signal by its Modelica name, whose elements count from 1. Those of a solution count from 0."""
+    whole = name.rpartition("[")[0]
+    if not name.endswith("]") or whole not in solution.system.flat.leaf_names:
+        return _elements(name, np.asarray(solution[_own_name(name)]))
+    found = _elements(whole, np.asarray(solution[whole]))
+    if name not in dict(found):
+        raise UnknownNameError(f"There is no signal {name!r}.{suggestion(name, dict(found))}")
+    return [pair for pair in found if pair[0] == name]
+
+
+def _modelica_name(name: str) -> str:
+    """The Modelica name `x[1,2]` of the element `x[0][1]` of an array."""
+    found = re.fullmatch(r"(.*?)((?:\[\d+\])+)", name)
+    if not found:
+        return name
+    return f"{found[1]}[{','.join(str(int(place) + 1) for place in found[2][1:-1].split(']['))}]"
+
+
+def _own_name(name: str) -> str:
+    """The name `x[0][1]` of the element `x[1,2]` of an array in Modelica."""
+    found = re.fullmatch(r"(.*)\[(\d+(?:,\d+)*)\]", name)
+    return found[1] + "".join(f"[{int(place) - 1}]" for place in found[2].split(",")) if found else name
 
 
 def _elements(name: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:

@@ -1,5 +1,6 @@
 """The command line."""
 
+import csv
 from pathlib import Path
 from typing import Any
 
@@ -75,3 +76,37 @@ def test_signals_are_written_and_their_elements_count_from_1(tmp_path: Path) -> 
     head, *_, last = table.read_text().splitlines()
     assert head == '"time","x[1]","x[2]"'
     assert [float(value) for value in last.split(",")] == pytest.approx([1.0, 2.0, 3.0])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "Real x[2](each start = 1, each fixed = true); equation der(x) = {1, 2};",
+        "Real x[2](each start = 1, each fixed = true); equation der(x[1]) = 1; der(x[2]) = 2;",
+        "model P Real x[2](each start = 1, each fixed = true); equation der(x[1]) = 1; der(x[2]) = 2; end P; P p[2];",
+    ],
+)
+@pytest.mark.thorough
+def test_an_element_is_chosen_by_its_modelica_name(tmp_path: Path, text: str) -> None:
+    (tmp_path / "L.mo").write_text(f"package L model M {text} end M; end L;")
+    table, name = tmp_path / "run.csv", "p[2].x" if "P p" in text else "x"
+    arguments = ["simulate", "--roots", str(tmp_path), "", "L.M", "--stop", "1", "--csv", str(table), "--signals"]
+    assert command_line.main([*arguments, f"{name}[1]", f"{name}[2]"]) == 0
+    head, *_, last = table.read_text().splitlines()
+    assert head == f'"time","{name}[1]","{name}[2]"'
+    assert [float(value) for value in last.split(",")] == pytest.approx([1.0, 2.0, 3.0])
+    assert command_line.main([*arguments, f"{name}[3]"]) != 0
+    assert command_line.main([*arguments, f"{name}[0]"]) != 0
+
+
+@pytest.mark.thorough
+def test_states_that_are_elements_of_a_matrix_have_their_modelica_names(tmp_path: Path) -> None:
+    text = "Real x[1,2](each start = 1, each fixed = true); equation der(x[1,1]) = 1; der(x[1,2]) = 2;"
+    (tmp_path / "L.mo").write_text(f"package L model M {text} end M; end L;")
+    for more in ([], ["--signals", "x"], ["--signals", "x[1,1]", "x[1,2]"]):
+        table = tmp_path / "run.csv"
+        arguments = ["simulate", "--roots", str(tmp_path), "", "L.M", "--stop", "1", "--csv", str(table), *more]
+        assert command_line.main(arguments) == 0
+        head, *_, last = table.read_text().splitlines()
+        found = dict(zip(next(csv.reader([head])), map(float, last.split(",")), strict=True))
+        assert found == pytest.approx({"time": 1.0, "x[1,1]": 2.0, "x[1,2]": 3.0})
