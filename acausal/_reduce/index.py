@@ -245,9 +245,14 @@ def _explanation(
     counts = f"{_count(table.n_rows, 'equation')} for {_count(table.n_variables, 'variable')}"
     lines = [f"The model has {counts} and cannot be solved."]
     for over, touched in _pieces(spare_rows, neighbours(rows, variables, table.n_rows), partner):
-        lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
-        lines.append("  equations: " + listed([table.row_name(row) for row in sorted(over)]))
-        lines.append("  variables: " + listed([table.placed_name(v) for v in sorted(touched)]))
+        equations = listed([table.row_name(row) for row in sorted(over)])
+        if touched:
+            lines.append(f"Too many equations: {len(over)} of them determine only {_count(len(touched), 'variable')}.")
+            lines.append(f"  equations: {equations}")
+            lines.append("  variables: " + listed([table.placed_name(v) for v in sorted(touched)]))
+        else:
+            lines.append(f"Too many equations: {equations} has no variable to determine.")
+            lines.append("  Its quantities are parameters, or variables that are zero or known without it.")
         open_ports = _open_ports(table, over)
         lines += [f"  Nothing is connected to {port}, so {flow} is zero there." for port, flow in open_ports]
         lines.append(

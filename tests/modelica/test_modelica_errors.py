@@ -155,6 +155,10 @@ def test_parameters_that_move_out_of_their_limits_end_the_run() -> None:
     [
         ("  Real x, y;\nequation\n  x + y = 1;", r"variables: x \(<model>\.mo:2\), y \(<model>\.mo:2\)"),
         ("  Real x;\nequation\n  x = 1;\n  x = 2;", r"equations: <model>\.mo:4, <model>\.mo:5\n  variables: x \(<m"),
+        (
+            "  parameter Real k = 0;\nequation\n  k = 2;",
+            r"Too many equations: <model>\.mo:4 has no variable to determine",
+        ),
         ("  Real x[3];\nequation\n  x[1:2] = {1, 2};", r"no equation determines x\[2\] \(<model>\.mo:2\)"),
         ("  connector C\n    Real e;\n  end C;\n  C c[2];\nequation\n  c[1].e = 1;", r"c\[2\]\.e \(<model>\.mo:3\)"),
     ],
