@@ -6,7 +6,7 @@ import jax
 import numpy as np
 import pytest
 
-from acausal import check, replace, simulate
+from acausal import check, initialise, replace, simulate
 from acausal.modelica import ModelicaError, load
 
 OFFSET = """
@@ -175,3 +175,28 @@ def test_the_start_value_of_the_modifier_closest_to_the_top_counts_for_equal_var
     sol = simulate(load(NEAR, "P.Near"), 0.1, save="end")
     assert [float(sol[f"{part}.u"][-1]) for part in "abcd"] == pytest.approx([3.0, -3.0, 3.0, -3.0])
     assert [float(sol[f"{part}.w"][-1]) for part in "ab"] == pytest.approx([-3.0, 3.0])
+
+
+@pytest.mark.parametrize("initial", ["x = 2", "x + x ^ 3 = 10", "der(x) = -2"])
+def test_clocks_tick_after_the_initial_equations(initial: str) -> None:
+    text = f"""
+model M
+  Real x;
+  Boolean due;
+  discrete Real h(start = 0, fixed = true), k(start = 0, fixed = true);
+initial equation
+  {initial};
+equation
+  der(x) = -x;
+  due = sample(0, 1);
+  when due then
+    h = 1 + x;
+  end when;
+  when sample(0, 1) then
+    k = 1 + x;
+  end when;
+end M;"""
+    for model in (load(text, "M"), initialise(load(text, "M"))):
+        solution = simulate(model, 1.5, save=[0.5, 1.5], rtol=1e-9)
+        for name in ("h", "k"):
+            assert solution[name] == pytest.approx(1.0 + 2.0 * np.exp([0.0, -1.0]), rel=1e-7)

@@ -106,6 +106,11 @@ class EventNumbers:
         is_new = not (self.settings.is_resumed or self.settings.is_search)
         return self._of_kinds("started") & is_new
 
+    @property
+    def has_start(self) -> bool:
+        """Whether the model has an event at the start of a run."""
+        return bool(np.any(self._of_kinds("started")))
+
     @ft.cached_property
     def stops(self) -> np.ndarray:
         return self._of_kinds("stop")

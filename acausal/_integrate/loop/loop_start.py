@@ -68,7 +68,11 @@ def loop_start(settings: Settings, args: RunArgs, y0: Array, events: RunEvents |
         begins &= past >= t0 - args.tick(t0)
     if numbers.past is not None:
         begins &= past > numbers.past.time + args.tick(numbers.past.time)
-    begins |= events.starts
+    # Clocks tick after the event `started`, which a start search leaves to the run.
+    ticks = events.clocks & jnp.isfinite(past) & (past >= t0 - args.tick(t0))
+    if settings.is_search:
+        begins &= ~(ticks & events.has_start)
+    begins |= events.starts | (ticks & np.any(events.starts))
     approach = Approach(t0, jnp.zeros(events.total))  # there is no previous step
     truths, due = jnp.zeros(events.n_indicators, bool), jnp.zeros(events.total)
     settled = settle(events, t0, approach, y, begins, truths, none, due, history, args, order=past)
