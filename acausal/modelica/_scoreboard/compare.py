@@ -120,7 +120,7 @@ def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, ti
 
             def end(x: Any, path: str = path, name: str = name) -> Any:
                 changed = replace(model, {path: x})
-                solution = simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end")
+                solution = simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end", max_steps=MOST_STEPS)
                 found = signal(flat, solution, name)
                 assert found is not None  # the model agrees with the reference
                 return found[-1]
