@@ -127,8 +127,6 @@ class Iteration(NamedTuple):
         if self.is_start:
             truths = jnp.where(is_first, events.truths_at_start(t, here.indicators, args), truths)
         true = events.circuit.hold(truths)
-        # Conditions that changed in a round before this one follow from its events, not from time.
-        passes = own.is_any & (true != events.circuit.hold(r.truths))
         held, listed, remains = self.before(r, true, is_first)
         changes = edges(true, held, events.either)
         triggered = with_follows(events, changes, ys[1], here.values)
@@ -157,6 +155,10 @@ class Iteration(NamedTuple):
         holds = jnp.where(events.either & ~own.is_any, jnp.where(follows | events.nonlinear, true, held), holds)
         due, ticks, base, order = self.following(r._replace(due=r.due | begins), own, keeps, t, ys, y, jnp.any(fired))
         stored = jnp.where(r.count == 0, here.stored, r.stored)
+        # Conditions that an earlier round has changed follow from its events, not from time.
+        by_time = jnp.zeros_like(changes)
+        if not self.is_start:
+            by_time = own.is_any & changes & (true != events.circuit.hold(r.truths)) & ~events.impacts
         happened = ((fired | listed) & ~events.follows)[: events.n_model]
         is_first_listed = jnp.any(happened & events.is_listed[: events.n_model]) & jnp.all(jnp.isinf(r.before[:1]))
         is_logged = events.is_logged[: events.n_model]
@@ -173,7 +175,7 @@ class Iteration(NamedTuple):
             ticks=ticks,
             truths=jnp.where(own.is_any, r.truths, truths),
             holds=holds,
-            by_time=changes & passes & ~events.impacts & (not self.is_start),
+            by_time=by_time,
             happened=r.happened | fired,
             first=jnp.where((r.first < 0) & any_acts, jnp.argmax(acts), r.first),
             stored=stored,

@@ -992,8 +992,8 @@ def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentEl
 
 
 def _have_one_class(a: t.Class | t.Component, a_scope: Instance, b: t.Class | t.Component, b_scope: Instance) -> bool:
-    """Whether a redeclaration leaves a component its class, and changes prefixes and sizes only, or leaves a class
-    another name for the same one, and changes nothing.
+    """Whether two components have the same class, or two short classes name the same one: the second declaration then
+    changes no class, though possibly prefixes and sizes.
     """
     if isinstance(a, t.Component) and isinstance(b, t.Component):
         own, other = a_scope.find_class(a.type).target(), b_scope.find_class(b.type).target()
