@@ -200,3 +200,32 @@ end M;"""
         solution = simulate(model, 1.5, save=[0.5, 1.5], rtol=1e-9)
         for name in ("h", "k"):
             assert solution[name] == pytest.approx(1.0 + 2.0 * np.exp([0.0, -1.0]), rel=1e-7)
+
+
+@pytest.mark.thorough
+def test_the_derivatives_of_what_a_clock_reads_at_the_start_include_those_of_the_initial_equations() -> None:
+    """x + x^3 = p gives dx/dp = 1 / (1 + 3 x^2), and x = 2 for p = 10."""
+    text = """
+model M
+  parameter Real p = 10;
+  Real x;
+  Boolean due;
+  discrete Real h(start = 0, fixed = true);
+initial equation
+  x + x ^ 3 = p;
+equation
+  der(x) = -x;
+  due = sample(0, 1);
+  when due then
+    h = 1 + x;
+  end when;
+end M;"""
+    model = load(text, "M")
+
+    def read(p: Any) -> Any:
+        sampled = simulate(replace(model, {"p": p}), 1.5, save=[0.5, 1.5], rtol=1e-9, max_steps=256)
+        return sampled["h"]
+
+    exact = np.exp([0.0, -1.0]) / 13.0
+    np.testing.assert_allclose(jax.jacfwd(read)(10.0), exact, rtol=1e-6)
+    np.testing.assert_allclose(jax.jacrev(read)(10.0), exact, rtol=1e-6)

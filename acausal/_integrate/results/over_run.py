@@ -56,14 +56,13 @@ class Integral(NamedTuple):
 class _Sum(NamedTuple):
     """State of the division for integrals: the pieces to examine, and the `count` of those that are `done`.
 
-    `rest` is the sum over pieces without room.
+    The size of pieces without room is part of the error.
     """
 
     open: Pieces
     done: Pieces
     count: Any
     value: Any
-    rest: Any
     error: Any
     size: Any
 
@@ -113,13 +112,13 @@ class OverRun:
         whole = held._whole_steps()
         done = room_for(ROOM * len(whole.step), held._is_traced)
         nothing = held._xp.zeros(n)
-        start = _Sum(whole, done, held._xp.asarray(0), nothing, nothing, nothing, nothing)
+        start = _Sum(whole, done, held._xp.asarray(0), nothing, nothing, nothing)
         found = _until_none_is_open(ft.partial(held._summed, alike), start, held._is_traced)
         value = found.value
         if self._is_traced:
             done = filled_up(found.done)
             means = self._by_block(lambda values: (_weighted(WEIGHTS, values),), done)[0]
-            value = self._durations(done) @ means + found.rest
+            value = self._durations(done) @ means
         return Integral(self.forward * value, found.error, found.size)
 
     def _summed(self, alike: bool, state: _Sum) -> _Sum:
@@ -142,17 +141,16 @@ class OverRun:
         is_rough &= xp.cumsum(is_rough) <= self._most // 2
         is_done = pieces.there & ~is_rough
         mine = xp.where(is_done, widths, 0.0)
-        done, count, rest, lost = state.done, state.count, state.rest, 0.0
+        done, count, lost = state.done, state.count, 0.0
         if self._is_traced:
             is_left = is_done & (count + xp.cumsum(is_done) > len(done.step))
-            rest, lost = rest + xp.where(is_left, widths, 0.0) @ mean, xp.where(is_left, widths, 0.0) @ size
+            lost = xp.where(is_left, widths, 0.0) @ size
         done, count = done.with_more(count, pieces, is_done), count + xp.sum(is_done)
         return _Sum(
             open=pieces.halves(is_rough),
             done=done,
             count=count,
             value=state.value + mine @ mean,
-            rest=rest,
             error=state.error + mine @ error + lost,
             size=state.size + mine @ size,
         )
