@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from .._syntax import expressions as e
-from .._syntax.visits import parts_of
+from .._syntax.visits import nodes
 from . import references
 from . import tree as t
 from .builtins import arguments
@@ -111,7 +111,7 @@ class Statements:
         """The assignments of a part of an array of components, one for each variable."""
         found = list(_assigned(left, right))
         names = {one.targets[0].name for one in found if one.targets[0] is not None}
-        if _reads(right, names):
+        if any(isinstance(x, e.Ref) and x.name in names for x in nodes(right)):
             raise self.here.error(x.at, f"{x.left} names several variables, and its value cannot read them.")
         return tuple(found)
 
@@ -274,32 +274,11 @@ def _assigned(left: e.Expression, right: e.Expression) -> Iterator[e.Assign]:
         yield e.Assign((e.Target(left.name, left.subs),), right)
 
 
-def _reads(x: object, names: set[str]) -> bool:
-    return (isinstance(x, e.Ref) and x.name in names) or any(_reads(part, names) for part in parts_of(x))
-
-
 def check_discrete(here: Expressions, left: t.Expression, wanted: Typed, value: Typed, *, is_when: bool) -> None:
     """Raises `TextError` for a discrete variable that gets a continuous value outside of `when` (section 3.8.5)."""
     is_discrete = wanted.variability == DISCRETE or wanted.type.name not in ("Real", "record", "any")
     if is_discrete and value.variability > DISCRETE and not is_when:
         raise here.error(left.at, "this variable is discrete, and outside of `when` its value cannot be continuous.")
-
-
-def targets(body: e.Body) -> Iterator[e.Target]:
-    """The variables that statements assign."""
-    for statement in body:
-        match statement:
-            case e.Assign():
-                yield from (one for one in statement.targets if one is not None)
-            case e.IfStatement():
-                for _, inner in statement.blocks:
-                    yield from targets(inner)
-                yield from targets(statement.otherwise)
-            case e.For() | e.While():
-                yield from targets(statement.body)
-            case e.WhenClause():
-                for _, inner in statement.blocks:
-                    yield from targets(inner)
 
 
 def assertion(here: Expressions, call: t.Call) -> e.Assert:

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 from ..._errors import suggestion
 from .._syntax import expressions as e
+from .._syntax.visits import nodes
 from . import builtins, references
 from . import tree as t
 from .classes import ClassElement, ComponentElement, Instance
@@ -313,14 +314,9 @@ def in_order(components: list[ComponentElement]) -> list[ComponentElement]:
     return list(found.values())
 
 
-def names_of(x: object) -> list[str]:
+def names_of(x: t.Expression) -> list[str]:
     """The first names of the references in an expression."""
-    if isinstance(x, tuple):
-        return [name for item in x for name in names_of(item)]
-    found = [x.parts[0].name] if isinstance(x, t.Reference) else []
-    for name in getattr(type(x), "__dataclass_fields__", ()):
-        found += names_of(getattr(x, name))
-    return found
+    return [one.parts[0].name for one in nodes(x) if isinstance(one, t.Reference)]
 
 
 def _object(here: "Expressions", instance: Instance, x: t.Call) -> Typed:

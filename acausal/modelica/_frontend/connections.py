@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
+from .._syntax.visits import nodes
 from . import references
 from . import tree as t
 from .classes import ComponentElement, Instance
@@ -117,7 +118,7 @@ class Connections:
             self._visit(here, clause)
 
     def _visit(self, here: Expressions, x: t.Clause) -> None:
-        from .equations import Equations, Found, _connects, _has_connections
+        from .equations import Equations, Found, has_connections
 
         match x:
             case t.Connect():
@@ -125,10 +126,10 @@ class Connections:
                     self._connect(here, x)
             case t.CallEquation() if x.call.function.names[0] == "Connections":
                 self.operators.append((x.call.function.names[-1], x.call, here))
-            case t.ForClause() if any(map(_connects, x.body)):
+            case t.ForClause() if has_connections(x):
                 for within in here.unrolled(x.iterators, x.body):
                     self.visit(within, x.body)
-            case t.IfClause() if _has_connections(x) and not _reads_graph(x):
+            case t.IfClause() if has_connections(x) and not _reads_graph(x):
                 conditions = [here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
                 chosen = Equations(here, Found()).chosen(x, conditions)
                 if chosen is None:
@@ -409,11 +410,6 @@ def _is_variable(component: ComponentElement) -> bool:
 
 
 def _reads_graph(x: t.IfClause) -> bool:
-    return any(_reads(condition) for condition, _ in x.branches)
-
-
-def _reads(x: object) -> bool:
-    if isinstance(x, t.Call) and x.function.names[-1] in ("isRoot", "rooted", "cardinality"):
-        return True
-    fields = getattr(type(x), "__dataclass_fields__", ())
-    return any(_reads(getattr(x, name)) for name in fields) or (isinstance(x, tuple) and any(map(_reads, x)))
+    conditions = tuple(condition for condition, _ in x.branches)
+    calls = (one for one in nodes(conditions) if isinstance(one, t.Call))
+    return any(call.function.names[-1] in ("isRoot", "rooted", "cardinality") for call in calls)

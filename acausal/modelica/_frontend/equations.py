@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, SourcePlace
+from .._syntax.visits import nodes, targets
 from . import tree as t
-from .algorithms import Statements, assertion, check_discrete, targets, when_condition
+from .algorithms import Statements, assertion, check_discrete, when_condition
 from .calls import as_type
 from .expressions import Expressions
 from .typed import (
@@ -352,18 +353,10 @@ def _is_written(x: e.Expression) -> bool:
     return False
 
 
-def _has_connections(x: t.IfClause) -> bool:
-    return any(_connects(clause) for _, body in x.branches for clause in body) or any(map(_connects, x.otherwise))
-
-
-def _connects(x: t.Clause) -> bool:
-    match x:
-        case t.Connect() | t.WhenClause():
-            return True
-        case t.CallEquation():
-            return x.call.function.names[0] == "Connections"
-        case t.IfClause():
-            return _has_connections(x)
-        case t.ForClause():
-            return any(map(_connects, x.body))
-    return False
+def has_connections(x: t.Clause) -> bool:
+    """Whether a clause is one of the connections of a model, or contains some."""
+    return any(
+        isinstance(one, t.Connect | t.WhenClause)
+        or (isinstance(one, t.CallEquation) and one.call.function.names[0] == "Connections")
+        for one in nodes(x)
+    )

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from .._syntax import expressions as e
+from .._syntax.visits import nodes
 from .._translate.scope import NotKnown
 from . import builtins, calls, operator_records, references, restrictions
 from . import tree as t
@@ -516,24 +517,13 @@ class Expressions:
         raise self.error(x.at, f"the range of {x.name} is not given, and no array has it as a subscript.")
 
 
-def _indexed_by(uses: Any, name: str) -> list[tuple[t.Reference, int, int]]:
+def _indexed_by(uses: Any, name: str) -> Iterator[tuple[t.Reference, int, int]]:
     """The references with a subscript that is a name, the number of the part, and of the subscript."""
-    found: list[tuple[t.Reference, int, int]] = []
-    if isinstance(uses, tuple | list):
-        for item in uses:
-            found += _indexed_by(item, name)
-        return found
-    if isinstance(uses, t.Reference):
-        for i, part in enumerate(uses.parts):
+    for ref in nodes(uses):
+        for i, part in enumerate(ref.parts if isinstance(ref, t.Reference) else ()):
             for j, sub in enumerate(part.subs):
                 if isinstance(sub, t.Reference) and sub.names == (name,):
-                    found.append((uses, i, j))
-                else:
-                    found += _indexed_by(sub, name)
-    elif hasattr(type(uses), "__dataclass_fields__"):
-        for field in type(uses).__dataclass_fields__:
-            found += _indexed_by(getattr(uses, field), name)
-    return found
+                    yield ref, i, j
 
 
 def _is_actual_stream(x: t.Expression) -> bool:

@@ -10,10 +10,11 @@ import numpy as np
 
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, SourcePlace
+from .._syntax.visits import targets
 from .._translate.scope import NotKnown
 from . import restrictions
 from . import tree as t
-from .algorithms import Statements, targets
+from .algorithms import Statements
 from .classes import BUILTIN, ComponentElement, Instance, Top, check_subtype, join
 from .connections import Connections, Flow, equations
 from .equations import Equations, Found

@@ -2,8 +2,10 @@
 
 import dataclasses
 import functools as ft
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
+
+from .expressions import Assign, Body, For, IfStatement, Statement, Target, WhenClause, While
 
 
 def parts_of(x: Any) -> list[Any]:
@@ -15,6 +17,41 @@ def parts_of(x: Any) -> list[Any]:
         elif dataclasses.is_dataclass(value):
             found.append(value)
     return found
+
+
+def nodes(x: Any) -> Iterator[Any]:
+    """All expressions and statements in one, itself first, or in a tuple of them."""
+    if not isinstance(x, tuple):
+        yield x
+    for part in parts_of(x):
+        yield from nodes(part)
+
+
+def bodies_of(s: Statement) -> tuple[Body, ...]:
+    """The bodies directly inside a statement."""
+    match s:
+        case IfStatement():
+            return (*(body for _, body in s.blocks), s.otherwise)
+        case WhenClause():
+            return tuple(body for _, body in s.blocks)
+        case For() | While():
+            return (s.body,)
+    return ()
+
+
+def statements(body: Body) -> Iterator[Statement]:
+    """All statements in a body, each before those inside it."""
+    for s in body:
+        yield s
+        for inner in bodies_of(s):
+            yield from statements(inner)
+
+
+def targets(body: Body) -> Iterator[Target]:
+    """The variables that statements assign."""
+    for s in statements(body):
+        if isinstance(s, Assign):
+            yield from (target for target in s.targets if target is not None)
 
 
 def mapped(x: Any, change: Callable[[Any], Any]) -> Any:

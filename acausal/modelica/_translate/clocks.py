@@ -6,13 +6,13 @@ of the tick sets. A value of another clock is a variable that takes it over whil
 """
 
 import dataclasses
-from collections.abc import Callable, Hashable
+from collections.abc import Hashable
 from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
-from .._syntax.visits import parts_of
+from .._syntax.visits import nodes
 from .clock_inference import OPERATORS, Inference
 from .clock_operators import Operators, discrete
 from .clock_partitions import Clock
@@ -38,13 +38,8 @@ def _has_clocks(flat: FlatModelica) -> bool:
         return True
     found: list[Any] = [*(x.residual for x in flat.equations), *flat.whens, *(a.body for a in flat.algorithms)]
     found += [variable.binding for variable in flat.variables.values() if variable.binding is not None]
-    return any(_reads(x, lambda b: b.name in OPERATORS or (b.name == "Sample" and len(b.args) == 1)) for x in found)
-
-
-def _reads(x: Any, test: Callable[[e.Builtin], bool]) -> bool:
-    if isinstance(x, tuple):
-        return any(_reads(item, test) for item in x)
-    return (isinstance(x, e.Builtin) and test(x)) or any(_reads(part, test) for part in parts_of(x))
+    builtins = (b for b in nodes(tuple(found)) if isinstance(b, e.Builtin))
+    return any(b.name in OPERATORS or (b.name == "Sample" and len(b.args) == 1) for b in builtins)
 
 
 class _Rewriting:

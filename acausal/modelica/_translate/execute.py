@@ -11,6 +11,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
+from .._syntax.visits import bodies_of, statements
 from .branches import Failed, choose
 from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
@@ -20,11 +21,8 @@ from .values import Value, by_axes, is_known, items_of, select
 
 def may_break(body: e.Body) -> bool:
     """Whether statements leave the loop that they are in."""
-    return any(isinstance(s, e.BreakStatement) or (isinstance(s, e.IfStatement) and _branches(s)) for s in body)
-
-
-def _branches(s: e.IfStatement) -> bool:
-    return may_break(s.otherwise) or any(may_break(body) for _, body in s.blocks)
+    inner = (body for s in body if isinstance(s, e.IfStatement) for body in bodies_of(s))
+    return any(isinstance(s, e.BreakStatement) for s in body) or any(map(may_break, inner))
 
 
 def guarded(body: e.Body, flag: str) -> e.Body:
@@ -46,7 +44,7 @@ def _without(body: e.Body, flag: str) -> e.Body:
         before, rest = body[:position], body[position + 1 :]
         if isinstance(s, e.BreakStatement):
             return (*before, e.Assign((e.Target(flag),), e.Const(True)))
-        if isinstance(s, e.IfStatement) and _branches(s):
+        if isinstance(s, e.IfStatement) and may_break((s,)):
             blocks = tuple((condition, _without(inner, flag)) for condition, inner in s.blocks)
             changed = dataclasses.replace(s, blocks=blocks, otherwise=_without(s.otherwise, flag))
             return (*before, changed, _unless(flag, _without(rest, flag))) if rest else (*before, changed)
@@ -147,16 +145,9 @@ def _replaced(old: Value, subs: Sequence[Any], value: Value, at: Scope) -> Value
     return jnp.asarray(old, jnp.result_type(old, value)).at[index].set(value)
 
 
-def _leaves(body: Sequence[e.Statement], kind: type = e.Return) -> bool:
+def _leaves(body: e.Body, kind: type = e.Return) -> bool:
     """Whether a body contains a statement of this kind."""
-    for s in body:
-        if isinstance(s, kind):
-            return True
-        inner = [b for _, b in s.blocks] + [s.otherwise] if isinstance(s, e.IfStatement) else []
-        inner += [s.body] if isinstance(s, e.For | e.While) else []
-        if any(_leaves(b, kind) for b in inner):
-            return True
-    return False
+    return any(isinstance(s, kind) for s in statements(body))
 
 
 def _if(

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..._errors import AcausalError
 from .._syntax import expressions as e
-from .._syntax.visits import parts_of
+from .._syntax.visits import nodes
 from .equation_groups import FormGroup
 from .evaluate import evaluate
 from .forms import Residual
@@ -97,8 +97,7 @@ def _is_given(leaf: ModelLeaf) -> bool:
 @ft.lru_cache(maxsize=4096)
 def slots_in(x: Any) -> frozenset[int]:
     """The slots that a term reads."""
-    own = {x.number} if isinstance(x, SlotValue) else set()
-    return frozenset(own.union(*(slots_in(part) for part in parts_of(x))))
+    return frozenset(one.number for one in nodes(x) if isinstance(one, SlotValue))
 
 
 def _number(leaf: ModelLeaf) -> Value:

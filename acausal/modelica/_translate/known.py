@@ -9,7 +9,7 @@ from ..._errors import ModelError
 from .._errors import ModelicaError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatModelica, FlatVariable
-from .._syntax.visits import mapped, parts_of
+from .._syntax.visits import mapped, nodes
 from .evaluate import SharedCalls
 from .functions import Library
 from .paths import PathTree, nested, split, tree_of
@@ -200,10 +200,7 @@ def is_external(variable: FlatVariable, flat: FlatModelica) -> bool:
 
 def names_in(x: Any) -> Iterator[str]:
     """The names in an expression."""
-    if isinstance(x, e.Ref):
-        yield x.name
-    for part in parts_of(x):
-        yield from names_in(part)
+    return (one.name for one in nodes(x) if isinstance(one, e.Ref))
 
 
 def variables_in(branch: PathTree[FlatVariable] | None) -> Iterator[FlatVariable]:

@@ -1,6 +1,5 @@
 """Programs of functions, which are traced once for each shape of their arguments."""
 
-import dataclasses
 from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any
@@ -9,7 +8,7 @@ import jax
 import numpy as np
 
 from .._syntax.flat import FlatFunction
-from .._syntax.visits import parts_of
+from .._syntax.visits import nodes
 from .branches import with_arrays, without_arrays
 from .values import Value
 
@@ -49,12 +48,4 @@ def hashable(value: Value) -> Any:
 @cache
 def is_large(function: FlatFunction) -> bool:
     """Whether a body is worth a program of its own."""
-    return _size(function.body) >= _LARGE
-
-
-def _size(x: Any) -> int:
-    if isinstance(x, tuple):
-        return sum(_size(item) for item in x)
-    if dataclasses.is_dataclass(x):
-        return 1 + sum(_size(part) for part in parts_of(x))
-    return 0
+    return sum(1 for _ in nodes(function.body)) >= _LARGE

@@ -9,14 +9,13 @@ import numpy as np
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatVariable
-from .._syntax.visits import mapped
+from .._syntax.visits import mapped, statements
 from .evaluate import is_supported
 from .known import KnownValues
 from .leaves import ModelLeaf
 from .paths import PathTree, nested, split
 from .scope import NotKnown
 from .slots import Previous, Slots
-from .statements import resolved_body
 from .terms import Opaque, RecordOf, SlotValue, constant
 from .values import Value, is_known
 
@@ -38,7 +37,10 @@ class Resolver:
 
     def body(self, body: e.Body, slots: Slots, local: frozenset[str]) -> e.Body:
         """Statements with resolved expressions, whose targets are names in `local`."""
-        return resolved_body(body, _Resolution(self, slots, local).term)
+        for s in statements(body):
+            if isinstance(s, e.WhenClause | e.Reinit):
+                raise ModelError(f"a {type(s).__name__.lower()} statement is not supported in an algorithm.")
+        return mapped(body, _Resolution(self, slots, local).term)
 
 
 @dataclasses.dataclass

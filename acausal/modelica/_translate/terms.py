@@ -7,7 +7,7 @@ import numpy as np
 
 from .._syntax import expressions as e
 from .._syntax.expressions import Expression
-from .._syntax.visits import parts_of
+from .._syntax.visits import nodes, parts_of
 from .operators import RELATIONS
 from .values import Value
 
@@ -54,9 +54,7 @@ def constant(value: Value, key: str) -> Any:
 
 def reads_rates(x: Any) -> bool:
     """Whether an expression reads a derivative."""
-    if isinstance(x, e.Builtin) and x.name == "Der":
-        return True
-    return any(reads_rates(part) for part in parts_of(x))
+    return any(isinstance(one, e.Builtin) and one.name == "Der" for one in nodes(x))
 
 
 def only_discrete(x: Any) -> bool:
