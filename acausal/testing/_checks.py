@@ -3,15 +3,12 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax import Array
 
 from .._declare.component import Component
 from .._reduce.flatten import flatten
 from .._unit_check.model_units import unit_problems
-from ._equations import Modes, OpenEquations, Params, quick
+from ._equations import Opened
 from ._law import fail, names, solved
 from ._points import Points, random_points
 
@@ -21,23 +18,36 @@ STEPS = np.array([1e-5, 1e-6, 1e-7])
 AGREE = 1e-5  # tolerance between a derivative and finite differences, relative to the terms
 OF_DIFFERENCES = 1e-13  # relative rounding error of the subtracted values
 SAME = 1e-9  # tolerance between both modes of differentiation, relative to the terms
-TERMS = ("stored energy", "dissipated power", "supplied power")
 
 
-def gradient_problems(equations: OpenEquations, found: Points, seed: int) -> list[str]:
+def gradient_problems(opened: Opened, found: Points, seed: int) -> list[str]:
     """Wrong derivatives at the points found and at the start values."""
-    draw = np.random.default_rng(seed)
-    params, modes = equations.given(equations.component)
-    z = np.concatenate([found.z, equations.starts()[None]])[:, :2]
+    draw, equations = np.random.default_rng(seed), opened.equations
+    params, modes = opened.given(opened.component)
+    z = np.concatenate([found.z, opened.starts()[None]])
     all_params, all_modes = (
         [np.concatenate([many, one[None]]) for many, one in zip(several, last, strict=True)]
         for several, last in ((found.params, params), (found.modes, modes))
     )
-    z_way = np.maximum(equations.size, np.abs(z)) * draw.normal(size=z.shape)
+    z_way = np.maximum(opened.size, np.abs(z)) * draw.normal(size=z.shape)
     p_way = [_directions(value, draw) for value in all_params]
-    weights = draw.normal(size=(len(z), len(equations.rows) + len(TERMS)))
-    results = quick(_Derivatives(equations))(z, all_params, all_modes, z_way, p_way, weights)
-    return _compared([*equations.rows, *TERMS], _Found(*(np.asarray(item) for item in results)))
+
+    def along(share: float) -> tuple[np.ndarray, np.ndarray]:
+        """The laws a share of the way further, and their derivatives along it."""
+        moved = [value + share * way for value, way in zip(all_params, p_way, strict=True)]
+        return equations.forward(z + share * z_way, moved, all_modes, z_way, p_way)
+
+    value, forward = along(0.0)
+    ahead, behind = (np.stack([along(sign * step)[0] for step in STEPS], axis=1) for sign in (1.0, -1.0))
+    ahead, behind = (values / (2.0 * STEPS[:, None]) for values in (ahead, behind))
+    weight = draw.normal(size=value.shape)
+    z_slope, p_slope = equations.reverse(z, all_params, all_modes, weight)
+    pairs = [(z_slope, z_way), *zip(p_slope, p_way, strict=True)]
+    # An infinite parameter does not vary.
+    reverse = [np.reshape(np.where(way == 0.0, 0.0, slope * way), (len(z), -1)) for slope, way in pairs]
+    of = np.abs(ahead) + np.abs(behind)
+    results = _Found(value, forward, ahead - behind, of, weight * forward, np.concatenate(reverse, axis=1))
+    return _compared(equations.rows, results)
 
 
 def _directions(value: np.ndarray, draw: np.random.Generator) -> np.ndarray:
@@ -54,41 +64,12 @@ class _Found(NamedTuple):
     and `other` have the same sum, the weighted derivatives, computed in forward mode and in reverse mode.
     """
 
-    value: Array | np.ndarray
-    forward: Array | np.ndarray
-    differences: Array | np.ndarray
-    of: Array | np.ndarray
-    one: Array | np.ndarray
-    other: Array | np.ndarray
-
-
-class _Derivatives:
-    """The derivatives at one point."""
-
-    def __init__(self, equations: OpenEquations) -> None:
-        self.equations = equations
-
-    def laws(self, z: Array, params: Params, modes: Modes) -> Array:
-        terms = jnp.stack(self.equations.energy(z[0], params, modes))
-        return jnp.concatenate([self.equations.residual(z[0], z[1], params, modes), terms])
-
-    def __call__(self, z: Array, params: Params, modes: Modes, z_way: Array, p_way: Params, weight: Array) -> _Found:
-        law = lambda z, params: self.laws(z, params, modes)  # noqa: E731
-        # Reverse mode is the transpose of forward mode, and both are compiled with one copy of the law.
-        value, tangent = jax.linearize(law, z, params)
-        forward = tangent(z_way, p_way)
-        z_slope, p_slope = jax.linear_transpose(tangent, z, params)(weight)
-        pairs = [(z_slope, z_way), *zip(p_slope, p_way, strict=True)]
-        # An infinite parameter does not vary.
-        reverse = [jnp.where(way == 0.0, 0.0, slope * way).ravel() for slope, way in pairs]
-
-        def moved(share: Array | np.ndarray) -> Array:
-            return law(z + share * z_way, [p + share * way for p, way in zip(params, p_way, strict=True)])
-
-        both_ways = jax.vmap(moved)(np.concatenate([STEPS, -STEPS])) / (2.0 * np.tile(STEPS, 2)[:, None])
-        ahead, behind = jnp.split(both_ways, 2)
-        of = jnp.abs(ahead) + jnp.abs(behind)
-        return _Found(value, forward, ahead - behind, of, weight * forward, jnp.concatenate(reverse))
+    value: np.ndarray
+    forward: np.ndarray
+    differences: np.ndarray
+    of: np.ndarray
+    one: np.ndarray
+    other: np.ndarray
 
 
 def _compared(labels: list[str], found: _Found) -> list[str]:
@@ -144,10 +125,10 @@ def check_component(
     problems = unit_problems(flatten(component))
     if expected is not None:
         problems += _law_problems(component, given or {}, expected, rtol, atol, sizes)
-    equations = OpenEquations(component, sizes)
-    found, too_few = _found(equations, points, seed)
+    opened = Opened(component, sizes)
+    found, too_few = _found(opened, points, seed)
     if not too_few:
-        problems += _balance_problems(equations, found) + gradient_problems(equations, found, seed)
+        problems += _balance_problems(opened, found) + gradient_problems(opened, found, seed)
     fail(component, problems + too_few)
 
 
@@ -183,7 +164,7 @@ def _law_problems(
 ) -> list[str]:
     found = solved(component, given, sizes=sizes)
     unknown = [name for name in expected if name not in found]
-    known = names(OpenEquations(component)) if unknown else []
+    known = names(Opened(component).equations) if unknown else []
     problems = [
         f"{name} does not follow from {', '.join(given) or 'the parameters'}: give more."
         if name in known
@@ -210,18 +191,15 @@ def check_power_balance(component: Component, *, sizes: float | None = None, poi
     its values imply. `sizes` is the size of all variables in SI units; by default, each has its nominal size.
     An active component, such as a negative resistance, must state its power as `supplied`.
     """
-    equations = OpenEquations(component, sizes)
-    found, too_few = _found(equations, points, seed)
-    fail(component, too_few or _balance_problems(equations, found))
+    opened = Opened(component, sizes)
+    found, too_few = _found(opened, points, seed)
+    fail(component, too_few or _balance_problems(opened, found))
 
 
-def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
+def _balance_problems(opened: Opened, found: Points) -> list[str]:
     # With all variables of nominal size, the terms give the scale of rounding errors.
-    anywhere = np.broadcast_to(equations.size, found.z.shape)
-    balance, usual = (
-        np.stack([np.asarray(item) for item in equations.balance(z, found.params, found.modes)])
-        for z in (found.z, anywhere)
-    )
+    anywhere = np.broadcast_to(opened.size, found.z.shape)
+    balance, usual = (np.stack(opened.equations.balance(z, found.params, found.modes)) for z in (found.z, anywhere))
     ports, supplied, stored, dissipated = balance
     usual = np.nan_to_num(np.max(np.abs(usual), axis=0))
     rounding = BALANCED * np.max(np.abs(balance), axis=0) + ROUNDING * usual
@@ -231,13 +209,13 @@ def _balance_problems(equations: OpenEquations, found: Points) -> list[str]:
         i = int(np.argmax(missing - rounding))
         problems.append(
             f"Power through its ports {ports[i]:.6g} W + supplied {supplied[i]:.6g} W is not the rate of stored "
-            f"{stored[i]:.6g} W + dissipated {dissipated[i]:.6g} W, {_where(equations, found, i)}. Remedy: a flow is "
+            f"{stored[i]:.6g} W + dissipated {dissipated[i]:.6g} W, {_where(opened, found, i)}. Remedy: a flow is "
             "positive into the component; state in `energy` what is stored, dissipated or supplied."
         )
     if (dissipated < -rounding - CREEP * usual).any():
         i = int(np.argmin(dissipated))
         problems.append(
-            f"It dissipates {dissipated[i]:.6g} W, {_where(equations, found, i)}: declare generated power as supplied."
+            f"It dissipates {dissipated[i]:.6g} W, {_where(opened, found, i)}: declare generated power as supplied."
         )
     return problems
 
@@ -248,14 +226,14 @@ def check_gradients(component: Component, *, sizes: float | None = None, points:
     In random directions, forward mode, reverse mode and central differences agree at the points of
     `check_power_balance`; at the start values, where laws often have kinks, both modes are finite if the law is.
     """
-    equations = OpenEquations(component, sizes)
-    found, too_few = _found(equations, points, seed)
-    fail(component, too_few or gradient_problems(equations, found, seed))
+    opened = Opened(component, sizes)
+    found, too_few = _found(opened, points, seed)
+    fail(component, too_few or gradient_problems(opened, found, seed))
 
 
-def _found(equations: OpenEquations, points: int, seed: int) -> tuple[Points, list[str]]:
+def _found(opened: Opened, points: int, seed: int) -> tuple[Points, list[str]]:
     """Random points that satisfy the equations, and a complaint if they are too few for a check."""
-    found = random_points(equations, points, seed)
+    found = random_points(opened, points, seed)
     count = int(found.ok.sum())
     too_few = (
         f"Its equations have solutions near only {count} of {points} random points. Remedy: if they do not "
@@ -264,8 +242,9 @@ def _found(equations: OpenEquations, points: int, seed: int) -> tuple[Points, li
     return found.those_ok(), [too_few] if found.are_few else []
 
 
-def _where(equations: OpenEquations, found: Points, index: int, most: int = 16) -> str:
+def _where(opened: Opened, found: Points, index: int, most: int = 16) -> str:
     """Parameters and variables at a point."""
+    equations = opened.equations
     params = [leaf.path for leaf in equations.flat.leaves if leaf.declaration.role == "param"]
     values = [(name, value[index]) for name, value in zip(params, found.params, strict=True) if np.ndim(value) == 1]
     values += list(zip(names(equations)[: 2 * equations.n], found.z[index].ravel(), strict=False))

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._declare.component import Component
 from .._errors import AcausalError, UnknownNameError, suggestion
-from ._equations import OpenEquations
+from ._equations import Opened, OpenEquations
 from ._points import Points, nearby
 
 
@@ -36,26 +36,27 @@ def solved(component: Component, given: Mapping[str, object], *, sizes: float | 
     Raises `UnknownNameError` for an unknown variable, and `CheckFailed` if there is no solution, or if an event changes
     a given discrete variable.
     """
-    equations = OpenEquations(component, sizes)
-    places = {name: _place(equations, name) for name in given if name not in _modes(equations)}
+    opened = Opened(component, sizes)
+    equations = opened.equations
+    places = {name: _place(opened, name) for name in given if name not in _modes(equations)}
     values = dict(zip(given, np.broadcast_arrays(*(np.asarray(value, float) for value in given.values())), strict=True))
     shape = np.shape(next(iter(values.values()), 0.0))
     cases = math.prod(shape)
     n, count = equations.n, cases * GUESSES
-    guess = equations.size * np.random.default_rng(0).normal(size=(GUESSES, cases, 3, n))
+    guess = opened.size * np.random.default_rng(0).normal(size=(GUESSES, cases, 3, n))
     flat = guess.reshape(GUESSES, cases, 3 * n)
     for name, place in places.items():
         flat[..., place] = values[name].ravel()
     fixed = np.isin(np.arange(3 * n), list(places.values()))
-    params, modes = ([np.broadcast_to(v, (count, *np.shape(v))) for v in all] for all in equations.given(component))
+    params, modes = ([np.broadcast_to(v, (count, *np.shape(v))) for v in all] for all in opened.given(component))
     for name in given.keys() - places.keys():
         modes[_modes(equations)[name]] = np.tile(values[name].ravel(), GUESSES)
     start = Points(flat.reshape(count, 3, n), params, modes, np.ones(count, bool))
-    found = nearby(equations, start, fixed)
+    found = nearby(opened, start, fixed)
     held = {name: np.asarray(found.modes[i]).reshape(GUESSES, cases) for name, i in _modes(equations).items()}
     _check_found(component, {name: value.ravel() for name, value in values.items()}, found.ok, held)
     z = found.z.reshape(GUESSES, cases, 3 * n)
-    scale = np.maximum(np.tile(equations.size, 3), np.abs(z[0]))
+    scale = np.maximum(np.tile(opened.size, 3), np.abs(z[0]))
     follows = np.all(np.ptp(z, axis=0) <= 1e-6 * scale, axis=0)
     determined = {name: z[0, :, i] for i, name in enumerate(names(equations)) if follows[i]}
     determined |= {name: value[0] for name, value in held.items() if np.all(value == value[0])}
@@ -91,8 +92,9 @@ def _modes(equations: OpenEquations) -> dict[str, int]:
     return {leaf.path: i for i, leaf in enumerate(leaves) if leaf.stack + leaf.sizes == ()}
 
 
-def _place(equations: OpenEquations, name: str) -> int:
-    known, cls = names(equations), type(equations.component).__name__
+def _place(opened: Opened, name: str) -> int:
+    equations = opened.equations
+    known, cls = names(equations), type(opened.component).__name__
     if name in known:
         return known.index(name)
     if any(leaf.path == name and leaf.declaration.role == "param" for leaf in equations.flat.own_leaves):

@@ -11,7 +11,7 @@ from .._declare.component import Component
 from .._declare.node import nodes_of
 from .._declare.node_requirements import broken
 from .._errors import ModelError
-from ._equations import Modes, OpenEquations, Params
+from ._equations import Modes, Opened, Params
 
 ROUNDS = 8  # maximum number of mode changes
 STEPS = 60  # maximum number of Newton steps
@@ -48,17 +48,17 @@ class Points:
         return Points(self.z[self.ok], pick(self.params), pick(self.modes), self.ok[self.ok])
 
 
-def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
+def random_points(opened: Opened, count: int, seed: int) -> Points:
     """Points near random guesses; the first with the given parameters, the others with random ones.
 
     New guesses are drawn if too few lead to points, because the component refuses many of them.
     """
     draw = np.random.default_rng(seed)
-    variants = [equations.component] + [_varied(equations.component, draw) for _ in range(count - 1)]
-    params, modes = _stacked(equations.given(variant) for variant in variants)
+    variants = [opened.component] + [_varied(opened.component, draw) for _ in range(count - 1)]
+    params, modes = _stacked(opened.given(variant) for variant in variants)
 
     def drawn() -> Points:
-        return nearby(equations, Points(_guess(equations, count, draw), params, modes, np.ones(count, bool)))
+        return nearby(opened, Points(_guess(opened, count, draw), params, modes, np.ones(count, bool)))
 
     found = drawn()
     for _ in range(DRAWS - 1):
@@ -68,9 +68,9 @@ def random_points(equations: OpenEquations, count: int, seed: int) -> Points:
     return found
 
 
-def _guess(equations: OpenEquations, count: int, draw: np.random.Generator) -> np.ndarray:
-    guess = equations.size * draw.normal(size=(count, 3, equations.n))
-    for leaf in equations.variables:
+def _guess(opened: Opened, count: int, draw: np.random.Generator) -> np.ndarray:
+    guess = opened.size * draw.normal(size=(count, 3, opened.equations.n))
+    for leaf in opened.equations.variables:
         if leaf.declaration.sign is not None:
             own = slice(leaf.first, leaf.first + leaf.count)
             guess[:, 0, own] = np.abs(guess[:, 0, own])
@@ -109,24 +109,24 @@ def _replaced(component: Component, values: dict[str, np.ndarray]) -> Component 
     return None if any(True for _, node in nodes_of(varied) for _ in broken(node)) else varied
 
 
-def nearby(equations: OpenEquations, guess: Points, fixed: np.ndarray | None = None) -> Points:
+def nearby(opened: Opened, guess: Points, fixed: np.ndarray | None = None) -> Points:
     """Points that satisfy the equations, near guesses; `fixed` components of a point stay."""
     z, params, modes, ok = guess.z, guess.params, guess.modes, guess.ok
-    free = np.ones(3 * equations.n, bool) if fixed is None else ~fixed
-    scale = np.tile(equations.size, 3)
-    before, stays, refused = equations.quiet(len(z)), np.zeros(len(z), bool), np.zeros(len(z), bool)
+    free = np.ones(3 * opened.equations.n, bool) if fixed is None else ~fixed
+    scale = np.tile(opened.size, 3)
+    before, stays, refused = opened.equations.quiet(len(z)), np.zeros(len(z), bool), np.zeros(len(z), bool)
     for _ in range(ROUNDS):
-        z, ok = _newton(equations, z, params, modes, scale, free)
+        z, ok = _newton(opened, z, params, modes, scale, free)
         # Modes may change each other until they are consistent; the variables follow in the next search.
         for i in range(ROUNDS):
-            before, new, refused = equations.happens(z[:, 0], params, modes, before)
+            before, new, refused = opened.equations.happens(z[:, 0], params, modes, before)
             same = _alike(modes, new)
             stays, modes = same if i == 0 else stays, [np.asarray(value) for value in new]
             if same.all():
                 break
         if stays.all():
             break
-    return Points(z, params, modes, ok & stays & ~np.asarray(refused) & _in_range(equations, z))
+    return Points(z, params, modes, ok & stays & ~np.asarray(refused) & _in_range(opened, z))
 
 
 def _alike(modes: Modes, others: Modes) -> np.ndarray:
@@ -136,26 +136,26 @@ def _alike(modes: Modes, others: Modes) -> np.ndarray:
 
 
 def _newton(
-    equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray, free: np.ndarray
+    opened: Opened, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray, free: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Newton's method with steps of least norm, relative to `scale`: the last iterates, and which have converged."""
     for _ in range(STEPS):
-        residual, slope, finite = _rows(equations, z, params, modes, scale)
+        residual, slope, finite = _rows(opened, z, params, modes, scale)
         if np.max(np.abs(residual), initial=0.0) < 1e-3 * MET:
             break
-        steps = np.zeros((len(z), 3 * equations.n))
+        steps = np.zeros((len(z), 3 * opened.equations.n))
         for i in np.flatnonzero(finite):
             steps[i, free] = np.linalg.lstsq(slope[i][:, free], residual[i], rcond=1e-13)[0]
         z = z - np.reshape(scale * steps, z.shape)
-    residual, _, finite = _rows(equations, z, params, modes, scale)
+    residual, _, finite = _rows(opened, z, params, modes, scale)
     return z, finite & (np.max(np.abs(residual), axis=1, initial=0.0) < MET)
 
 
 def _rows(
-    equations: OpenEquations, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray
+    opened: Opened, z: np.ndarray, params: Params, modes: Modes, scale: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Residuals and Jacobian relative to the terms of each equation, and for which points they are finite."""
-    residual, slope = (np.asarray(item) for item in equations.linearised(z, params, modes))
+    residual, slope = opened.equations.linearised(z, params, modes)
     slope = slope * scale
     finite = np.all(np.isfinite(residual), axis=1) & np.all(np.isfinite(slope), axis=(1, 2))
     residual, slope = np.where(finite[:, None], residual, 0.0), np.where(finite[:, None, None], slope, 0.0)
@@ -165,9 +165,9 @@ def _rows(
     return residual / size, slope / size[:, :, None], finite
 
 
-def _in_range(equations: OpenEquations, z: np.ndarray) -> np.ndarray:
+def _in_range(opened: Opened, z: np.ndarray) -> np.ndarray:
     inside = np.ones(len(z), bool)
-    for leaf in equations.variables:
+    for leaf in opened.equations.variables:
         if leaf.declaration.sign is not None:
             values = z[:, 0, leaf.first : leaf.first + leaf.count]
             inside &= np.all(leaf.declaration.sign.admits(values), axis=1)
