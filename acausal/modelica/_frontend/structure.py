@@ -2,7 +2,7 @@
 
 import contextlib
 import dataclasses
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -12,7 +12,7 @@ from .._syntax.flat import SourcePlace
 from .._translate.evaluate import evaluate
 from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
-from .._translate.values import Value, plain
+from .._translate.values import Value, by_field, plain, shape_of
 from . import tree as t
 from .calls import in_order
 from .classes import ClassElement, ComponentElement, Instance, Top, inner_element
@@ -383,7 +383,7 @@ class Context:
         x = field(record.x, name, names)
         sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
         if None in sizes and record.variability <= 1 and (value := self.known(x)) is not None:
-            sizes = _shape(value)[len(record.dims) :][: len(sizes)]
+            sizes = shape_of(value)[len(record.dims) :][: len(sizes)]
         kind = type_of(inner.prototype)
         variability = limited(min(record.variability, VARIABILITY[inner.variability]), kind)
         return Typed(x, kind, (*record.dims, *sizes), variability)
@@ -528,21 +528,8 @@ class Context:
             component = self._known[base][0]
             numbers = [int(i) for i in index[:-1].split(",")]
             whole = self._record_value(component) if self.binding(component) is None else self.value_of(component)
-            return _member_value(whole, [i - 1 for i in numbers])
+            return by_field(whole, lambda value: plain(value[tuple(i - 1 for i in numbers)]))
         return self.value_of(found[0])
-
-
-def _member_value(value: Value, index: Sequence[int]) -> Value:
-    if isinstance(value, dict):
-        return {name: _member_value(item, index) for name, item in value.items()}
-    return plain(value[tuple(index)])
-
-
-def _shape(value: Value) -> tuple[int, ...]:
-    """The size of an array; of an array of records, that of its first field, which may have further dimensions."""
-    while isinstance(value, dict):
-        value = next(iter(value.values()), 0)
-    return np.shape(value)
 
 
 def _index(path: str) -> Index:

@@ -4,15 +4,13 @@ from collections.abc import Iterable
 
 from ..._declare.node import leaves_of
 from .._syntax.flat import FlatEquation, FlatModelica
-from .delays import make_delays
 from .equation_groups import EquationGroups
 from .guesses import propagate
-from .held_integers import hold_integers
 from .known import names_in
 from .model import ModelicaModel
 from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
-from .second_rates import name_rates
+from .new_variables import hold_integers, make_delays, name_rates
 from .start_values import StartValues
 from .translation import INITIAL, Translation
 from .tree import attribute_path, tree

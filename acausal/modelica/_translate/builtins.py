@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from ..._errors import ModelError
-from .values import Value, function, is_known, number, plain, stacked
+from .values import Value, by_field, function, is_known, number, plain, shape_of, stacked
 
 
 def _xp(*args: Value) -> Any:
@@ -55,9 +55,7 @@ def _extreme(of_array: str, of_two: str) -> Callable[..., Value]:
 
 def _fill(value: Value, *sizes: Value) -> Value:
     shape = tuple(int(size) for size in sizes)
-    if isinstance(value, dict):
-        return {name: _fill(item, *sizes) for name, item in value.items()}
-    return _xp(value).broadcast_to(value, shape + np.shape(value)) if shape else value
+    return by_field(value, lambda x: _xp(x).broadcast_to(x, shape + np.shape(x)) if shape else x)
 
 
 def _cat(axis: Value, *arrays: Value) -> Value:
@@ -65,9 +63,7 @@ def _cat(axis: Value, *arrays: Value) -> Value:
 
 
 def _size(array: Value, axis: Value | None = None) -> Value:
-    while isinstance(array, dict):
-        array = next(iter(array.values()))
-    shape = np.shape(array)
+    shape = shape_of(array)
     return np.array(shape, int) if axis is None else int(shape[int(axis) - 1])
 
 

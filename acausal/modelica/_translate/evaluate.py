@@ -1,12 +1,15 @@
 """Evaluation of expressions."""
 
+import dataclasses
 from collections.abc import Callable, Hashable, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
+from ..._declare.history import recall
 from ..._declare.ifelse import held_relation
 from ..._errors import ModelError
 from .._syntax import expressions as e
@@ -14,9 +17,8 @@ from .branches import Failed, choose
 from .builtins import FUNCTIONS
 from .operators import RELATIONS, arithmetic, both_or_either, relation, unary
 from .scope import NotKnown, Scope
-from .special_functions import SPECIAL
 from .terms import Opaque, RecordOf, SlotValue, is_harmless, only_discrete, reads_rates
-from .values import UnknownText, Value, elements, first, is_known, items_of, number, position, select, stacked
+from .values import UnknownText, Value, by_field, elements, first, is_known, items_of, number, position, select, stacked
 
 
 def evaluate(x: Any, at: Scope) -> Value:
@@ -58,9 +60,7 @@ def _local(name: str, at: Scope) -> Value:
 
 def subscripted(value: Value, subs: Sequence[Any], at: Scope) -> Value:
     """Elements of an array."""
-    if isinstance(value, dict):
-        return {name: subscripted(item, subs, at) for name, item in value.items()}
-    return elements(value, index_of(value, subs, at))
+    return by_field(value, lambda x: elements(x, index_of(x, subs, at)))
 
 
 def index_of(value: Value, subs: Sequence[Any], at: Scope) -> tuple[Any, ...]:
@@ -127,7 +127,7 @@ def _builtin(x: e.Builtin, at: Scope) -> Value:
     if x.name == "NoEvent":
         return evaluate(x.args[0], at.without_events())  # all results of a function
     if x.name in SPECIAL:
-        return SPECIAL[x.name](x.args, at, _first)
+        return SPECIAL[x.name](x.args, at)
     if x.name not in FUNCTIONS:
         raise ModelError(f"the function {x.name.lower()} is not supported.")
     args = [_first(arg, at) for arg in x.args]
@@ -225,3 +225,109 @@ class SharedCalls:
             self._results[call] = evaluate(x.base, at)
         found: Any = Opaque("result", self._results[call])
         return evaluate(e.FieldOf(found, x.name), at)
+
+
+# Functions of the language that depend on more than the values of their arguments (Modelica 3.6, section 3.7). Each
+# takes its arguments as terms, and the scope.
+
+Args: TypeAlias = Sequence[Any]
+
+
+def _smooth(args: Args, at: Scope) -> Value:
+    order = _first(args[0], at)
+    return _first(args[1], at.without_events() if order >= 1 else at)
+
+
+def _semilinear(args: Args, at: Scope) -> Value:
+    zero, (x, up, down) = e.Const(0.0), args
+    return _first(e.If(((e.Binary("Ge", x, zero), e.Binary("Mul", up, x)),), e.Binary("Mul", down, x)), at)
+
+
+def _derivative(args: Args, at: Scope) -> Value:
+    (x,) = args
+    if not at.rates:
+        raise NotKnown("a derivative")
+    if _is_part(x):
+        return _first(x, dataclasses.replace(at, values=at.rates))
+    moving = [i for i, rate in enumerate(at.rates) if rate is not None]
+
+    def along(*values: Value) -> Value:
+        whole = list(at.values)
+        for i, value in zip(moving, values, strict=True):
+            whole[i] = value
+        return jnp.asarray(_first(x, dataclasses.replace(at, values=whole, holds=False)), float)
+
+    start = [jnp.asarray(at.values[i], float) for i in moving]
+    return jax.jvp(along, start, [jnp.asarray(at.rates[i], float) for i in moving])[1]
+
+
+def _is_part(x: Any) -> bool:
+    """Whether a term is a variable, or an element of one at a fixed place."""
+    if isinstance(x, e.Subscript) and all(isinstance(sub, e.Const | e.Colon) for sub in x.subs):
+        x = x.base
+    return isinstance(x, SlotValue)
+
+
+def _root(args: Args, at: Scope) -> Value:
+    """A square root, whose slope at 0 is infinite. That of max(low, x) is constant where x is less. That of a sum of
+    squares is a length, whose slope at 0 is 0, the mean of those on both sides.
+    """
+    root = FUNCTIONS["Sqrt"]
+    if _is_sum_of_squares(args[0]):
+        value = number(_first(args[0], at))
+        return root(value) if is_known(value) else choose(value > 0.0, lambda: root(value), lambda: 0.0 * value)
+    match args[0]:
+        case e.Builtin("Max", (e.Const() as low, x)) | e.Builtin("Max", (x, e.Const() as low)):
+            value = number(_first(x, at))
+            if not is_known(value):
+                return choose(value > low.value, lambda: root(value), lambda: root(low.value))
+    return root(_first(args[0], at))
+
+
+def _is_sum_of_squares(x: Any) -> bool:
+    match x:
+        case e.Binary("Add", left, right):
+            return _is_sum_of_squares(left) and _is_sum_of_squares(right)
+        case e.Binary("Mul", left, right):
+            return left == right
+        case e.Binary("Exp" | "ExpElem", _, e.Const(2)):
+            return True
+        case e.Builtin("Sum", (inner,)):
+            return _is_sum_of_squares(inner)
+    return False
+
+
+def _held_floor(args: Args, at: Scope) -> Value:
+    """floor(x), held between events at its value before. At an event it changes by 1 at least, whatever x rounds to."""
+    x, before = (jnp.asarray(_first(arg, at), float) for arg in args)
+    above, below = x >= before + 1.0, x < before
+    if at.holds:
+        above, below = held_relation(above), held_relation(below)
+    whole = jnp.floor(x)
+    fallen = jnp.where(below, jnp.minimum(whole, before - 1.0), before)
+    return jnp.where(above, jnp.maximum(whole, before + 1.0), fallen)
+
+
+def _recall(args: Args, at: Scope) -> Value:
+    past, since, before = (jnp.asarray(_first(arg, at), float) for arg in args)
+    return recall(past, since, before)
+
+
+def _missing(name: str) -> Callable[[Args, Scope], Value]:
+    def missing(args: Args, at: Scope) -> Value:
+        raise NotKnown(name)
+
+    return missing
+
+
+SPECIAL: dict[str, Callable[[Args, Scope], Value]] = {
+    "Smooth": _smooth,
+    "SemiLinear": _semilinear,
+    "Sqrt": _root,
+    "HeldFloor": _held_floor,
+    "Recall": _recall,
+    "Der": _derivative,
+    "Terminal": lambda args, at: False,
+    "Initial": _missing("initial()"),
+    "Pre": _missing("pre"),
+}

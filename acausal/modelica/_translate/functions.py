@@ -1,7 +1,8 @@
-"""Calls of Modelica functions."""
+"""Calls of Modelica functions: by elements of arrays (Modelica 3.6, section 12.4.6), and as programs."""
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any
 
 import jax
@@ -11,15 +12,15 @@ from ..._errors import ModelError
 from ..._tracing import is_traced
 from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
+from .._syntax.visits import nodes
 from .branches import with_arrays, without_arrays
 from .evaluate import evaluate
 from .execute import execute
 from .external import BY_NAME, EXTERNAL
-from .programs import TracedFunction, hashable, is_large
 from .scope import NotKnown, Scope
-from .values import Value, is_known
-from .vectorised import by_elements
+from .values import Value, by_field, is_known, plain, shape_of, stacked
 
+_LARGE = 30  # nodes of a body from which on it is worth a program of its own
 _ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}
 
 
@@ -29,7 +30,7 @@ class Library:
 
     functions: Mapping[str, FlatFunction]
     constants: Mapping[str, Value] = dataclasses.field(default_factory=dict)
-    programs: dict[Any, TracedFunction] = dataclasses.field(default_factory=dict, compare=False)
+    programs: "dict[Any, TracedFunction]" = dataclasses.field(default_factory=dict, compare=False)
 
     def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]:
         """The results of a function, from arguments by position."""
@@ -106,7 +107,7 @@ class Library:
             sizes = [0 if isinstance(size, e.Colon) else int(evaluate(size, at)) for size in formal.dims]
         except NotKnown:
             return zero
-        return _filled(zero, sizes) if sizes else zero
+        return by_field(zero, lambda x: np.broadcast_to(x, (*sizes, *np.shape(x))).copy()) if sizes else zero
 
     def _empty_record(self, type_name: str) -> Value:
         constructor = self.functions.get(type_name)
@@ -119,16 +120,93 @@ class Library:
         return found
 
 
-def _filled(zero: Value, sizes: Sequence[int]) -> Value:
-    """An array of zeros, or an array of records as a record of arrays."""
-    if isinstance(zero, dict):
-        return {name: _filled(item, sizes) for name, item in zero.items()}
-    return np.broadcast_to(zero, (*sizes, *np.shape(zero))).copy()
-
-
 def _without_derivative(value: Value) -> Value:
     return value if is_known(value) else jax.lax.stop_gradient(value)
 
 
 def _as_tuple(value: Any) -> tuple[Value, ...]:
     return value if isinstance(value, tuple) else (value,)
+
+
+# Programs of functions, which are traced once for each shape of their arguments
+
+
+class TracedFunction:
+    """A function of arrays whose results are values; those that are known are found when it is traced."""
+
+    def __init__(self, name: str, compute: Callable[[Sequence[Any]], Value]) -> None:
+        self._values: Value = None
+
+        def run(arrays: list[jax.Array]) -> list[jax.Array]:
+            found: list[jax.Array] = []
+            self._values = without_arrays(compute(arrays), found)
+            return found
+
+        run.__name__ = name.replace(".", "_")
+        self._run = jax.jit(run)
+
+    def __call__(self, arrays: list[jax.Array]) -> Value:
+        found = self._run(arrays)
+        return with_arrays(self._values, found)
+
+
+def hashable(value: Value) -> Any:
+    """A known value as a key."""
+    if isinstance(value, dict):
+        return tuple((name, hashable(item)) for name, item in value.items())
+    if isinstance(value, tuple | list):
+        return tuple(hashable(item) for item in value)
+    if isinstance(value, np.ndarray):
+        return value.shape, value.dtype.str, value.tobytes()
+    return type(value), value
+
+
+@cache
+def is_large(function: FlatFunction) -> bool:
+    """Whether a body is worth a program of its own."""
+    return sum(1 for _ in nodes(function.body)) >= _LARGE
+
+
+# Calls of functions of scalars with arrays, element by element
+
+
+def by_elements(
+    function: FlatFunction,
+    given: Mapping[str, Value],
+    constructors: Mapping[str, FlatFunction],
+    call: Callable[[dict[str, Value]], tuple[Value, ...]],
+) -> tuple[Value, ...]:
+    """The results of calls for each element of the arguments that have more axes than the function declares."""
+    more = {formal.name: _more_axes(formal, given[formal.name], constructors) for formal in function.inputs}
+    arrays = [name for name, axes in more.items() if axes > 0]
+    if not arrays:
+        return call(dict(given))
+    shapes = {shape_of(given[name])[: more[name]] for name in arrays}
+    if len(shapes) > 1:
+        raise ModelError(f"the arguments {', '.join(arrays)} of {function.name} have different sizes.")
+    (shape,) = shapes
+    results = [
+        call({name: _element(value, place) if name in arrays else value for name, value in given.items()})
+        for place in np.ndindex(shape)
+    ]
+    return tuple(_array([result[i] for result in results], shape) for i in range(len(function.outputs)))
+
+
+def _more_axes(formal: Formal, value: Value, constructors: Mapping[str, FlatFunction]) -> int:
+    """The number of axes of an argument beyond those of the input."""
+    if not isinstance(value, dict):
+        return np.ndim(value) - len(formal.dims)
+    constructor = constructors.get(formal.type)
+    fields = () if constructor is None else constructor.inputs
+    found = [_more_axes(field, value[field.name], constructors) for field in fields if field.name in value]
+    return found[0] - len(formal.dims) if found else 0
+
+
+def _element(value: Value, place: tuple[int, ...]) -> Value:
+    return by_field(value, lambda x: plain(np.asarray(x)[place]) if is_known(x) else x[place])
+
+
+def _array(values: Sequence[Value], shape: tuple[int, ...]) -> Value:
+    for size in reversed(shape[1:]):
+        values = [stacked(values[i : i + size]) for i in range(0, len(values), size)]
+    return stacked(values)

@@ -15,9 +15,9 @@ from ..._errors import ModelError
 from ..._tracing import is_traced
 from .._syntax import expressions as e
 from .._syntax.visits import mapped
-from .delays import Delay
 from .evaluate import evaluate
 from .leaves import ModelLeaf
+from .new_variables import Delay
 from .scope import NotKnown, Scope
 from .slots import Slots
 from .translation import INITIAL, Translation

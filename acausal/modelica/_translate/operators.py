@@ -7,7 +7,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .scope import NotKnown
-from .values import UnknownText, Value, element_power, is_known, number, plain, power, product
+from .values import UnknownText, Value, by_field, element_power, is_known, number, plain, power, product
 
 
 def _quotient(a: Value, b: Value) -> Value:
@@ -74,6 +74,4 @@ def unary(op: str, value: Value) -> Value:
     """`not`, `-` or `+`."""
     if op == "Not":
         return plain(np.logical_not(value)) if is_known(value) else jnp.logical_not(value)
-    if isinstance(value, dict):
-        return {name: unary(op, item) for name, item in value.items()}
-    return -number(value) if op in ("Minus", "MinusElem") else number(value)
+    return by_field(value, lambda x: -number(x) if op in ("Minus", "MinusElem") else number(x))

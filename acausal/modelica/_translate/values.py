@@ -40,6 +40,18 @@ def plain(value: Value) -> Value:
     return value
 
 
+def by_field(value: Value, change: Callable[[Value], Value]) -> Value:
+    """A value changed; of a record, each of its fields."""
+    return {name: by_field(item, change) for name, item in value.items()} if isinstance(value, dict) else change(value)
+
+
+def shape_of(value: Value) -> tuple[int, ...]:
+    """The shape of an array; of an array of records, that of its first field, which may have further dimensions."""
+    while isinstance(value, dict):
+        value = next(iter(value.values()), 0)
+    return np.shape(value)
+
+
 def stacked(values: Sequence[Value]) -> Value:
     """An array of values of one shape; of records, a record of arrays."""
     if values and isinstance(values[0], dict):

@@ -13,7 +13,6 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import mapped
-from .previous_at_start import PreviousAtStart, previous_at_start
 from .statements import (
     Targets,
     Values,
@@ -104,10 +103,7 @@ class Lowering:
             out.demands.append(Assertion(demand.name, None, condition, demand.message))
         for equation in flat.equations:
             out.equations.append(dataclasses.replace(equation, residual=self._sampled(equation.residual)))
-        previous = PreviousAtStart.of(out.initial_equations)
-        out.initial_equations = previous.others
-        out.equations = previous.equations(out.equations)
-        out.algorithms = previous.algorithms(out.algorithms)
+        self._previous_values()
         return out
 
     # Samples
@@ -303,7 +299,7 @@ class Lowering:
             if statement := self._as_statement(x):
                 outputs = tuple(targets_of((statement,)))
                 self._initial_algorithm(Algorithm((statement,), outputs, equation.component, equation.place))
-            elif isinstance(x, e.Binary) and x.op == "Sub" and previous_at_start(x) is None:
+            elif isinstance(x, e.Binary) and x.op == "Sub" and _previous_at_start(x) is None:
                 for left, right in ((x.left, x.right), (x.right, x.left)):
                     name = self._held(left)
                     if name is not None and name not in self.out.initial:
@@ -336,6 +332,31 @@ class Lowering:
         is_discrete = x.name in self.out.discrete and variable.variability not in ("parameter", "constant")
         return x.name if is_open or is_discrete else None
 
+    def _previous_values(self) -> None:
+        """The values of initial equations such as pre(x) = y > 0, which take the place of `pre(x)` at the start,
+        wherever it is read. A constant is a start value instead.
+        """
+        values: dict[e.Ref, Any] = {}
+        others: list[FlatEquation] = []
+        for equation in self.out.initial_equations:
+            found = _previous_at_start(equation.residual)
+            if found is None or found[0] in values:
+                others.append(equation)
+            else:
+                values[found[0]] = found[1]
+
+        def change(x: Any) -> Any:
+            match x:
+                case e.Builtin("Pre", (e.Ref() as ref,)) if ref in values:
+                    # Relations in the value are those at the start and cause no events.
+                    return e.If(((INITIAL, e.Builtin("NoEvent", (values[ref],))),), x)
+            return mapped(x, change)
+
+        if values:
+            self.out.initial_equations = others
+            self.out.equations = list(map(change, self.out.equations))
+            self.out.algorithms = [dataclasses.replace(a, body=change(a.body)) for a in self.out.algorithms]
+
     def _initial_algorithm(self, algorithm: Algorithm) -> None:
         """Values that an initial algorithm computes, as variables of their own, which count at the start only. They are
         the initial values of discrete variables and of parameters; continuous variables equal them at the start.
@@ -361,3 +382,15 @@ class Lowering:
 def _renamed(x: Any, names: dict[str, str]) -> Any:
     x = mapped(x, lambda part: _renamed(part, names))
     return dataclasses.replace(x, name=names[x.name]) if isinstance(x, e.Ref | e.Target) and x.name in names else x
+
+
+def _previous_at_start(x: Any) -> tuple[e.Ref, Any] | None:
+    """The variable x and the value of an initial equation pre(x) = value. None for other equations."""
+    if not isinstance(x, e.Binary) or x.op != "Sub":
+        return None
+    for left, value in ((x.left, x.right), (x.right, x.left)):
+        if isinstance(left, e.Builtin) and left.name == "Pre" and not isinstance(value, e.Const):
+            ref = left.args[0]
+            if isinstance(ref, e.Ref) and all(isinstance(sub, e.Const) for sub in ref.subs):
+                return ref, value
+    return None
