@@ -21,9 +21,7 @@ from .typed import (
     Typed,
     accepts,
     element,
-    is_external_object,
     same_dims,
-    type_of,
     written_dims,
     written_out,
 )
@@ -45,8 +43,8 @@ def callee(here: "Expressions", function: t.Reference) -> ClassElement | Typed:
     if len(function.parts) == 1 and function.parts[0].name in here.names:
         return here.names[function.parts[0].name]
     found = references.find(here, function, is_call=True)
-    if isinstance(found, references.Chain) and type_of(found.last.prototype).name == "function":
-        found = Typed(e.Ref(found.last.name), type_of(found.last.prototype))
+    if isinstance(found, references.Chain) and found.last.value_type.name == "function":
+        found = Typed(e.Ref(found.last.name), found.last.value_type)
     if not isinstance(found, ClassElement | Typed):
         raise here.error(function.at, f"{function} is a component, not a function.")
     return found
@@ -59,13 +57,13 @@ def call_of(here: "Expressions", element: ClassElement, x: t.Call) -> Typed:
         return _overloaded(here, instance, x)
     if instance.kind in ("record", "operator record"):
         return _record(here, instance, x)
-    if is_external_object(instance):
+    if instance.is_external_object:
         return _object(here, instance, x)
     if instance.kind == "operator":
         return fitting(here, functions_in(instance), f"function of the operator {instance.name}", x)
     if instance.literals is not None:
         return _enumeration(here, instance, x)
-    if instance.encloser is not None and is_external_object(instance.encloser):
+    if instance.encloser is not None and instance.encloser.is_external_object:
         raise here.error(x.at, f"{instance.name} of an external object cannot be called by itself.")
     if not instance.is_function:
         raise here.error(x.at, f"{instance.name} is a {instance.kind}, not a function.")
@@ -114,7 +112,7 @@ def _called(
             sizes = here.context.sizes(one)
             if None in sizes:
                 sizes = here.context.sizes_for(one, given)
-            results.append(Typed(found, type_of(one.prototype), (*lifted, *sizes), variability))
+            results.append(Typed(found, one.value_type, (*lifted, *sizes), variability))
     return results[0]._replace(results=tuple(results)) if results else Typed(found, NONE, (), variability)
 
 
@@ -164,13 +162,13 @@ def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement],
 
 def _has_fields(formal: ComponentElement) -> bool:
     """Whether the modifier of a record gives the values of its fields."""
-    return type_of(formal.prototype).name == "record" and all(
+    return formal.value_type.name == "record" and all(
         one.binding or _has_fields(one) for one in formal.prototype.components()
     )
 
 
 def _argument(here: "Expressions", name: str, formal: ComponentElement, text: t.Expression) -> Typed:
-    kind = type_of(formal.prototype)
+    kind = formal.value_type
     if kind.name == "function":
         return _function_argument(here, text)
     value = here.single(text)
@@ -384,7 +382,7 @@ def call_values(here: "Expressions", function: Instance, args: Sequence[Typed]) 
     if not len(needed) <= len(args) <= len(inputs):
         return None
     for one, arg in zip(inputs, args, strict=False):
-        if not accepts(type_of(one.prototype), arg.type) or not same_dims(here.context.formal_sizes(one), arg.dims):
+        if not accepts(one.value_type, arg.type) or not same_dims(here.context.formal_sizes(one), arg.dims):
             return None
     given = {one.name: arg for one, arg in zip(inputs, args, strict=False)}
     return _called(here, function, given, args, {})

@@ -8,7 +8,7 @@ for them, so that instances cost nothing before they are needed.
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..._errors import suggestion
 from .._errors import ModelicaError
@@ -18,9 +18,7 @@ from .library import Definition, Libraries
 from .modifiers import Binding, Index, Modifier, connection_text, merged, modifier_of, redeclaration_of
 from .parse import parse
 from .source import Source, TextError
-
-if TYPE_CHECKING:
-    from .typed import Type
+from .typed import Type
 
 _PREDEFINED = Source(
     "<predefined>",
@@ -202,7 +200,6 @@ class Instance:
         self._pending = False
         self._imported: dict[str, ClassElement | ComponentElement | None] = {}
         self._classes: dict[str, ClassElement] = {}
-        self.type: Type | None = None  # found by typed.py
         self.is_class = False  # a package or function, not the type of a component
         self.is_hidden = False  # a protected base class, or base class of one
 
@@ -247,6 +244,23 @@ class Instance:
         if found in ("class", "type") and isinstance(self.tree.body, t.Short):
             return self.bases[0].kind
         return found
+
+    @property
+    def is_external_object(self) -> bool:
+        return any(base.path == "ExternalObject" or base.tree.name == "ExternalObject" for base in self.lineage())
+
+    @ft.cached_property
+    def value_type(self) -> Type:
+        """The type of components of the class."""
+        if self.builtin:
+            return Type(self.builtin)
+        if self.literals is not None:
+            return Type("enumeration", self.origin())
+        if self.origin().kind in ("record", "operator record"):
+            return Type("record", self)
+        if self.is_external_object:
+            return Type("object", self)
+        return Type("function" if self.is_function else "component", self)
 
     @property
     def own(self) -> "dict[str, ClassElement | ComponentElement]":
@@ -775,6 +789,10 @@ class ComponentElement:
     def prototype(self) -> Instance:
         """The type, without the index of a member."""
         return self._members.get(()) or self.member(())
+
+    @property
+    def value_type(self) -> Type:
+        return self.prototype.value_type
 
     def member(self, index: Index) -> Instance:
         """The type of a member of an array of components."""

@@ -16,7 +16,7 @@ from .expandable import Expansion
 from .expressions import Expressions
 from .modifiers import Index
 from .source import Spot
-from .typed import Type, accepts, indices, same_dims, type_of, written_dims
+from .typed import Type, accepts, indices, same_dims, written_dims
 
 if TYPE_CHECKING:
     from .structure import Context
@@ -270,7 +270,7 @@ class Connections:
 
     def _join_variables(self, left: ConnectorEnd, right: ConnectorEnd, spot: Spot) -> None:
         own, other = self.component(left), self.component(right)
-        kind, wanted = type_of(own.prototype), type_of(other.prototype)
+        kind, wanted = own.value_type, other.value_type
         if not _fit(kind, wanted):
             raise spot.error(f"{left.name} is of type {kind}, and {right.name} of type {wanted}.")
         if own.connection != other.connection:
@@ -405,7 +405,7 @@ def _fit(a: Type, b: Type) -> bool:
 
 
 def _is_variable(component: ComponentElement) -> bool:
-    kind = type_of(component.prototype)
+    kind = component.value_type
     return kind.is_plain or kind.name in ("Clock", "object")
 
 

@@ -40,7 +40,6 @@ from .typed import (
     indices,
     limited,
     same_dims,
-    type_of,
     written_dims,
 )
 
@@ -203,7 +202,7 @@ class _Flattening:
         elif component.is_outer:
             self._outer(component)
             return
-        kind = type_of(component.prototype)
+        kind = component.value_type
         sizes = [n or 0 for n in self.context.sizes(component)]
         self._check_class(component)
         if kind.name in ("record", "component"):
@@ -228,10 +227,10 @@ class _Flattening:
         if component.tree.modification is not None:
             raise component.error(f"{component.name} is outer, and its declaration cannot have a modification.")
         inner = self.context.inner(component)
-        if type_of(component.prototype).name != type_of(inner.prototype).name:
+        if component.value_type.name != inner.value_type.name:
             raise component.error(f"{inner.path} is no {component.prototype.name}, as the outer component needs.")
         check_subtype(inner.prototype, component.prototype, component.error, "the class of the outer component")
-        allowed, found = (limited(VARIABILITY[one.variability], type_of(one.prototype)) for one in (component, inner))
+        allowed, found = (limited(VARIABILITY[one.variability], one.value_type) for one in (component, inner))
         if found > allowed:
             raise component.error(f"{component.name} is a {component.variability}, but {inner.path} varies.")
         stated, given = component.tree.dims, self.context.sizes(inner)
@@ -242,7 +241,7 @@ class _Flattening:
 
     def _declaration(self, component: ComponentElement) -> None:
         """Adds a variable, or the equation of a record."""
-        if type_of(component.prototype).name == "record":
+        if component.value_type.name == "record":
             self._record(component)
         else:
             self._variable(component, tuple(n or 0 for n in self.context.sizes(component)))
@@ -252,7 +251,7 @@ class _Flattening:
         restrictions.check_declaration(component)
         if instance.element.is_partial:
             raise component.error(f"{component.name} is of the partial class {instance.name}.")
-        is_empty = instance.kind == "type" and type_of(instance).name == "component"
+        is_empty = instance.kind == "type" and instance.value_type.name == "component"
         if is_empty or instance.is_function or instance.kind in ("package", "operator"):
             raise component.error(f"{component.name} is of the {instance.kind} {instance.name}.")
 
@@ -275,7 +274,7 @@ class _Flattening:
         context = self.context
         context.register(component)
         place = component.scope.source.place(component.tree.at)
-        kind = type_of(component.prototype)
+        kind = component.value_type
         if kind.name != "object" and (other := next(component.prototype.components(), None)) is not None:
             raise other.error(f"{component.prototype.name} is a {kind}, which cannot have the element {other.name}.")
         binding = None if _has_equation(component.parent) else context.binding(component)
@@ -396,7 +395,7 @@ class _Flattening:
 
     def _check_attribute(self, component: ComponentElement, name: str, found: Typed) -> None:
         """Raises `TextError` for an attribute of another type or size than the component has."""
-        wanted = ATTRIBUTE_TYPES.get(name) or type_of(component.prototype)
+        wanted = ATTRIBUTE_TYPES.get(name) or component.value_type
         modifier = component.prototype.attributes()[name]
         if not accepts(wanted, found.type) and found.type.name != "enumeration":
             raise modifier.error(f"the attribute {name} of {component.name} is of type {wanted}, not {found.type}.")
@@ -446,7 +445,7 @@ class _Flattening:
         if "equalityConstraint" in component.prototype.elements:
             return True
         parent = component.parent
-        return parent is not None and type_of(parent.prototype).name == "record" and self._is_overconstrained(parent)
+        return parent is not None and parent.value_type.name == "record" and self._is_overconstrained(parent)
 
     # Equations
 
@@ -478,7 +477,7 @@ class _Flattening:
 def _has_parameters(record: Instance) -> bool:
     """Whether a record has a field that is a parameter or a constant."""
     for one in record.components():
-        is_record = type_of(one.prototype).name == "record"
+        is_record = one.value_type.name == "record"
         if one.variability in ("constant", "parameter") or (is_record and _has_parameters(one.prototype)):
             return True
     return False

@@ -9,7 +9,7 @@ from . import tree as t
 from .calls import in_order, reads_component
 from .classes import ComponentElement, Instance
 from .modifiers import bindings
-from .typed import CONSTANT, Typed, type_of
+from .typed import CONSTANT, Typed
 
 if TYPE_CHECKING:
     from .structure import Context
@@ -129,7 +129,7 @@ class Functions(Mapping[str, FlatFunction]):
 
     def _default(self, component: ComponentElement, known: Mapping[str, Typed]) -> Typed | None:
         """The value of a variable of a function before it gets another one; None if it has none."""
-        is_record = component.binding is None and type_of(component.prototype).name == "record"
+        is_record = component.binding is None and component.value_type.name == "record"
         if is_record and any(bindings(component.modifier)) and component.stated_sizes():
             raise component.error(f"{component.name} is an array of records with modifiers, which is not supported.")
         if is_record and component.causality != "input" and not component.stated_sizes():
@@ -138,7 +138,7 @@ class Functions(Mapping[str, FlatFunction]):
 
     def type_name(self, component: ComponentElement) -> str:
         """The type of a variable by its name, as the flat model has it."""
-        kind = type_of(component.prototype)
+        kind = component.value_type
         if kind.name == "record":
             return self.request_record(component.prototype)
         if kind.name == "enumeration":
@@ -151,9 +151,7 @@ class Functions(Mapping[str, FlatFunction]):
 
     def _constructor(self, name: str, instance: Instance) -> FlatFunction:
         fields = list(instance.element.target().instance.components())
-        known = {
-            one.name: Typed(e.Ref(one.name), type_of(one.prototype), self._context.formal_sizes(one)) for one in fields
-        }
+        known = {one.name: Typed(e.Ref(one.name), one.value_type, self._context.formal_sizes(one)) for one in fields}
         for one in in_order(fields):
             value = self._context.default(one, known) if one.variability == "constant" else None
             if value is not None and value.variability == CONSTANT:

@@ -12,7 +12,7 @@ from .classes import ClassElement
 from .connections import Connections, Connector, Pair, Sets
 from .expressions import Expressions
 from .source import Spot
-from .typed import Dims, Typed, type_of
+from .typed import Dims, Typed
 
 if TYPE_CHECKING:
     from .structure import Context
@@ -123,7 +123,7 @@ class Graph:
             root = self._context.top.root
             assert root is not None
             here = Expressions(self._context, root)
-            sides = [Typed(e.Ref(one.path), type_of(one.instance), self._sizes(one)) for one in (a, b)]
+            sides = [Typed(e.Ref(one.path), one.instance.value_type, self._sizes(one)) for one in (a, b)]
             for one in (a, b):
                 self._context.register(one.component)
             found = call_values(here, element.instance, sides)

@@ -22,7 +22,6 @@ from .typed import (
     element,
     limited,
     nested,
-    type_of,
 )
 
 if TYPE_CHECKING:
@@ -155,7 +154,7 @@ def typed(here: "Expressions", chain: Chain, at: int) -> Typed:
 
 
 def variability(here: "Expressions", chain: Chain) -> int:
-    found = limited(VARIABILITY[chain.last.variability], type_of(chain.last.prototype))
+    found = limited(VARIABILITY[chain.last.variability], chain.last.value_type)
     if found == CONTINUOUS and here.context.discrete and without_indices(chain.last.path) in here.context.discrete:
         return DISCRETE
     return found
@@ -207,7 +206,7 @@ def _local(here: "Expressions", chain: Chain, at: int) -> Typed:
         elif subs or (rest and not is_last):
             before = ".".join(one.name for one in chain.components[: i + 1])
             base = e.Subscript(base, subs) if base is not None else e.Ref(before, subs)
-    kind = type_of(chain.last.prototype)
+    kind = chain.last.value_type
     whole = here.context.constant(chain.last) if len(chain.components) == 1 and not dims else None
     if whole is not None and not chain.parts[0].subs:
         return Typed(whole, kind, (), CONSTANT)
@@ -229,7 +228,7 @@ class _Global:
     def typed(self) -> Typed:
         dims: list[int | None] = []
         x = self._from(0, self.chain.components[0], dims)
-        return Typed(x, type_of(self.chain.last.prototype), tuple(dims), variability(self.here, self.chain))
+        return Typed(x, self.chain.last.value_type, tuple(dims), variability(self.here, self.chain))
 
     def _from(self, i: int, component: ComponentElement, dims: list[int | None]) -> e.Expression:
         """The value of the components from one on, which is a member of the one before."""
@@ -241,7 +240,7 @@ class _Global:
         sizes = context.sizes(component)
         part = self.chain.parts[i]
         if i + 1 == len(self.chain.components):
-            kind = type_of(component.prototype)
+            kind = component.value_type
             if kind.name in ("record", "component", "object") and sizes:
                 return self._array(i, component, sizes, dims)
             whole = None if kind.name in ("record", "component") else context.constant(component)

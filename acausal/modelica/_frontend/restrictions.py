@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 from . import tree as t
 from .source import Source
-from .typed import type_of
 
 if TYPE_CHECKING:
     from .classes import ComponentElement, Instance
@@ -54,7 +53,7 @@ def check_declaration(one: "ComponentElement") -> None:
     for name in ("variability", "causality", "connection"):
         prefix = one.prefix(name)
         is_forbidden = kind in _CONNECTORS and name == "variability" and prefix != "discrete"
-        if prefix and (is_forbidden or (kind in _WITH_EQUATIONS and type_of(one.prototype).name == "component")):
+        if prefix and (is_forbidden or (kind in _WITH_EQUATIONS and one.value_type.name == "component")):
             raise one.error(f"{one.name} is of the {kind} {class_name}, and cannot have the prefix `{prefix}`.")
     if one.prefix("connection") == "stream" and one.holder.kind not in _CONNECTORS:
         raise one.error(f"{one.name} is a stream variable, which is allowed in connectors only.")

@@ -32,7 +32,6 @@ from .typed import (
     limited,
     nested,
     same_dims,
-    type_of,
     written_dims,
 )
 
@@ -225,7 +224,7 @@ class Context:
         known = root.elements.get(component.name)
         if isinstance(known, ComponentElement) and known.is_inner:
             return known
-        if known is not None and (known is not component or type_of(component.prototype).name != "component"):
+        if known is not None and (known is not component or component.value_type.name != "component"):
             raise component.error(
                 f"the outer component {component.path} has no inner component {component.name} around it."
             )
@@ -245,7 +244,7 @@ class Context:
         """The value of a constant as literals; None for other components, and for large arrays."""
         if component.variability != "constant":
             return None
-        kind, here = type_of(component.prototype), Expressions(self, component.scope)
+        kind, here = component.value_type, Expressions(self, component.scope)
         if not kind.is_plain:
             return None
         dims = self.sizes(component)
@@ -271,7 +270,7 @@ class Context:
         value = self._own_binding(component)
         if value is None:
             return None
-        kind = type_of(component.prototype)
+        kind = component.value_type
         if kind.name == "component":
             raise component.error(f"{component.name} is a {component.prototype.kind}, which has no value.")
         error = (component.binding or component).error
@@ -318,7 +317,7 @@ class Context:
         found = False
         names = [component.name]
         record = component.parent
-        while record is not None and type_of(record.prototype).name == "record":
+        while record is not None and record.value_type.name == "record":
             inner: Modifier | None = record.modifier
             if inner is not None and inner.binding is not None:
                 is_below = False
@@ -351,7 +350,7 @@ class Context:
     def _from_record(self, component: ComponentElement) -> Typed | None:
         """The value of a field from that of the record around it."""
         record = component.parent
-        if record is None or type_of(record.prototype).name != "record":
+        if record is None or record.value_type.name != "record":
             return None
         whole = self.binding(record)
         if whole is None:
@@ -384,7 +383,7 @@ class Context:
         sizes = self.formal_sizes(inner) if record.x != e.Ref(inner.holder.path) else self.sizes(inner)
         if None in sizes and record.variability <= 1 and (value := self.known(x)) is not None:
             sizes = shape_of(value)[len(record.dims) :][: len(sizes)]
-        kind = type_of(inner.prototype)
+        kind = inner.value_type
         variability = limited(min(record.variability, VARIABILITY[inner.variability]), kind)
         return Typed(x, kind, (*record.dims, *sizes), variability)
 
@@ -422,7 +421,7 @@ class Context:
         if binding is not None:
             known = (around or {}).get(binding.scope.whole, names)
             return Expressions(self, binding.scope, known).single(binding.expression)
-        if type_of(formal.prototype).name == "record" and not self.sizes(formal):
+        if formal.value_type.name == "record" and not self.sizes(formal):
             return self.record_of(formal, names, around)
         return None
 
@@ -450,11 +449,11 @@ class Context:
         values = [fields[one.name] for one in instance.components()]
         name = self.functions.request_record(instance)
         variability = max((value.variability for value in values), default=0)
-        return Typed(e.FunctionCall(name, tuple(v.x for v in values), True), type_of(instance), (), variability)
+        return Typed(e.FunctionCall(name, tuple(v.x for v in values), True), instance.value_type, (), variability)
 
     def _zero(self, field: ComponentElement, names: Mapping[str, Typed], around: _Fields) -> Typed | None:
         """The value of a field of a record in a function before it gets one; None if its size is not known."""
-        kind = type_of(field.prototype)
+        kind = field.value_type
         value = constant(ZEROS[kind.name])._replace(type=kind) if kind.name in ZEROS else None
         if kind.name == "record":
             value = self.record_of(field, names, around, is_open=True)
@@ -478,7 +477,7 @@ class Context:
         return self._values[path]
 
     def _value(self, component: ComponentElement) -> Value:
-        kind = type_of(component.prototype)
+        kind = component.value_type
         bound = self.binding(component)
         if bound is not None:
             return self._as_type(kind.name, self.value(bound.x))

@@ -57,31 +57,6 @@ def constant(value: e.Value) -> Typed:
     return Typed(e.Const(value), kind, (), CONSTANT)
 
 
-def type_of(instance: "Instance") -> Type:
-    """The type of components of a class."""
-    if instance.type is None:
-        instance.type = _type_of(instance)
-    return instance.type
-
-
-def _type_of(instance: "Instance") -> Type:
-    if name := instance.builtin:
-        return Type(name)
-    if instance.literals is not None:
-        return Type("enumeration", instance.origin())
-    if instance.origin().kind in ("record", "operator record"):
-        return Type("record", instance)
-    if is_external_object(instance):
-        return Type("object", instance)
-    if instance.is_function:
-        return Type("function", instance)
-    return Type("component", instance)
-
-
-def is_external_object(instance: "Instance") -> bool:
-    return any(base.path == "ExternalObject" or base.tree.name == "ExternalObject" for base in instance.lineage())
-
-
 def same_dims(a: Dims, b: Dims) -> bool:
     """Whether sizes agree, as far as they are known."""
     return len(a) == len(b) and all(x is None or y is None or x == y for x, y in zip(a, b, strict=True))
@@ -106,9 +81,7 @@ def accepts(wanted: Type, given: Type) -> bool:
     if wanted.name == "record":
         own = {one.name: one for one in a.components()}
         other = {one.name: one for one in b.components()}
-        return own.keys() == other.keys() and all(
-            accepts(type_of(own[name].prototype), type_of(other[name].prototype)) for name in own
-        )
+        return own.keys() == other.keys() and all(accepts(own[name].value_type, other[name].value_type) for name in own)
     return True
 
 
