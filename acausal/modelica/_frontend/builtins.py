@@ -63,7 +63,7 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     """A call of a function of the language."""
     low, high, handler = FUNCTIONS[name]
     if x.named and name not in ("String", "Clock"):
-        x = t.Call(x.function, arguments(here, name, x, low, high), (), x.at)
+        x = t.Call(x.function, arguments(here, name, x, low, high), (), at=x.at)
     _check_count(here, name, x, low, high)
     given = [*x.args, *(value for _, value in x.named)]
     if name == "size" and len(given) in (1, 2):
@@ -214,7 +214,7 @@ def _record_total(here: "Expressions", name: str, x: t.Call, arg: Typed) -> Type
     if not isinstance(arg.x, e.ArrayOf) or not arg.x.elements or name != "sum" or len(arg.dims) != 1:
         raise here.error(x.at, f"`{name}` of this array of records is not supported.")
     found = arg._replace(x=arg.x.elements[0], dims=())
-    plus = t.Binary("+", x.args[0], x.args[0], x.at)
+    plus = t.Binary("+", x.args[0], x.args[0], at=x.at)
     for item in arg.x.elements[1:]:
         found = operator_records.binary(here, plus, found, arg._replace(x=item, dims=()))
     return found
@@ -626,8 +626,8 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
         raise here.error(x.at, f"{x.function} cannot reduce an array; only sum, product, min and max can.")
     if len(x.iterators) > 1 and name != "array":
         # The ranges of the iterators may depend on those behind them.
-        inner = t.Reduction(x.function, x.body, x.iterators[:-1], x.at)
-        return reduction(here, t.Reduction(x.function, inner, x.iterators[-1:], x.at))
+        inner = t.Reduction(x.function, x.body, x.iterators[:-1], at=x.at)
+        return reduction(here, t.Reduction(x.function, inner, x.iterators[-1:], at=x.at))
     found = _comprehension(here, x)
     if name == "array":
         return found
@@ -637,9 +637,9 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
     if (name != "sum" and rank) or (name in ("min", "max") and found.type == STRING):
         raise here.error(x.at, f"`{name}` needs scalars, not values of type {found.type} with {rank} dimensions.")
     if found.type.name == "record":
-        return _record_total(here, name, t.Call(x.function, (x.body,), (), x.at), found)
+        return _record_total(here, name, t.Call(x.function, (x.body,), (), at=x.at), found)
     if name in ("min", "max"):
-        return _extreme(here, name, t.Call(x.function, (x.body,), (), x.at), [found])
+        return _extreme(here, name, t.Call(x.function, (x.body,), (), at=x.at), [found])
     if not rank:
         return _made(name, [found], REAL if found.type == ANY else found.type)
     if 0 in found.dims and None not in found.dims:
@@ -650,7 +650,7 @@ def reduction(here: "Expressions", x: t.Reduction) -> Typed:
 def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:
     """`{body for i in ..., j in ...}`: the last iterator is the outermost dimension."""
     (*inner, last) = x.iterators
-    body: t.Expression = t.Reduction(x.function, x.body, tuple(inner), x.at) if inner else x.body
+    body: t.Expression = t.Reduction(x.function, x.body, tuple(inner), at=x.at) if inner else x.body
     whole, values = here.iterations(last, (x.body,))
     is_function = here.scope.whole.is_function
 

@@ -76,7 +76,7 @@ def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     builtin = _builtin_name(instance)
     if builtin is not None:
         values = (*x.args, *(value for _, value in x.named))
-        return builtins.call(here, builtin, t.Call(x.function, values, (), x.at))
+        return builtins.call(here, builtin, t.Call(x.function, values, (), at=x.at))
     inputs = instance.inputs()
     given = _matched(here, instance.name, inputs, x)
     functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}

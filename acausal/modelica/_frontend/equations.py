@@ -292,7 +292,7 @@ class _WhenBody:
     def _equality(self, x: t.Equality) -> tuple[e.Statement, ...]:
         if not isinstance(x.left, t.Reference | t.Tuple):
             raise self.here.error(x.at, "the left side of an equation in `when` must be a variable.")
-        return Statements(self.here).statement(t.Assignment(x.left, x.right, x.at))
+        return Statements(self.here).statement(t.Assignment(x.left, x.right, at=x.at))
 
     def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]

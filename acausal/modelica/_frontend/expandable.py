@@ -29,7 +29,7 @@ class Expansion:
         if not isinstance(x, t.Reference) or not isinstance(other, t.Reference):
             return
         for n in range(1, len(x.parts)):
-            prefix = t.Reference(x.parts[:n], x.is_global, x.at)
+            prefix = t.Reference(x.parts[:n], x.is_global, at=x.at)
             found = references.find(here, prefix)
             if not isinstance(found, references.Chain):
                 return
@@ -80,7 +80,7 @@ class Expansion:
         tree = dataclasses.replace(
             example.tree,
             name=name,
-            dims=tuple(t.Literal(size, example.tree.at) for size in own),
+            dims=tuple(t.Literal(size, at=example.tree.at) for size in own),
             modification=None,
             condition=None,
             causality="",

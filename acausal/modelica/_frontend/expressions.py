@@ -405,7 +405,7 @@ class Expressions:
 
     def _subscripted(self, x: t.Subscripted) -> Typed:
         base = self.single(x.base)
-        part = t.Part("the expression", x.subs, x.at)
+        part = t.Part("the expression", x.subs, at=x.at)
         subs, rest = self.subscripts(part, base.dims, base.x)
         return base._replace(x=element(base.x, subs), dims=tuple(rest))
 
@@ -493,7 +493,7 @@ class Expressions:
         """The range of an iterator from the size of the arrays that it indexes (section 11.2.2.2)."""
         sizes: dict[int, str] = {}
         for ref, part, position in _indexed_by(uses, x.name):
-            chain = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
+            chain = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, at=ref.at))
             if isinstance(chain, references.Chain) and (size := self.context.sizes(chain.last)[position]) is not None:
                 sizes[size] = str(ref)
         if len(sizes) > 1:
@@ -501,7 +501,7 @@ class Expressions:
                 x.at, f"the range of {x.name} differs: {' and '.join(sizes.values())} have different sizes."
             )
         for ref, part, position in _indexed_by(uses, x.name):
-            found = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, ref.at))
+            found = references.find(self, t.Reference(ref.parts[: part + 1], ref.is_global, at=ref.at))
             if isinstance(found, references.Chain):
                 size = self.context.sizes(found.last)[position]
                 every = self.context.index_range(found.last, position)

@@ -194,7 +194,7 @@ class _ClassParser(ClauseParser):
             args = self.listed(self.expression, ")")
         self.accept("annotation")
         self.expect(";", "after the external function")
-        return t.External(language, name, result, args, at)
+        return t.External(language, name, result, args, at=at)
 
     def _element(self, elements: list[t.Element], is_protected: bool) -> None:
         """Adds the elements that one element clause declares."""
@@ -213,7 +213,7 @@ class _ClassParser(ClauseParser):
         if self.kind == "name" and self.kinds[self.i + 1] == "=":
             alias = self.expect("name")
             self.i += 1
-            found = t.Import(self.name(), alias, (alias,), at)
+            found = t.Import(self.name(), alias, (alias,), at=at)
         else:
             found = self._imported(at)
         self._comment()
@@ -224,13 +224,13 @@ class _ClassParser(ClauseParser):
         parts = [self.expect("name")]
         while self.kind in (".", ".*"):
             if self.accept(".*") or (self.accept(".") and self.accept("*")):
-                return t.Import(t.Name(tuple(parts), True, start), None, None, at)
+                return t.Import(t.Name(tuple(parts), True, at=start), None, None, at=at)
             if self.accept("{"):
                 names = self.listed(self._simple_name)
                 self.expect("}")
-                return t.Import(t.Name(tuple(parts), True, start), None, names, at)
+                return t.Import(t.Name(tuple(parts), True, at=start), None, names, at=at)
             parts.append(self.expect("name"))
-        return t.Import(t.Name(tuple(parts), True, start), parts[-1], (parts[-1],), at)
+        return t.Import(t.Name(tuple(parts), True, at=start), parts[-1], (parts[-1],), at=at)
 
     def _simple_name(self) -> str:
         return self.expect("name")
@@ -241,7 +241,7 @@ class _ClassParser(ClauseParser):
         name = self.name()
         modification = self.modification() if self.kind == "(" else None
         annotation = self._annotation() if self.kind == "annotation" else None
-        return t.Extends(name, modification, annotation, is_protected, at)
+        return t.Extends(name, modification, annotation, is_protected, at=at)
 
     def _declaration(self, is_protected: bool) -> list[t.Element]:
         """A class, or the components of a component clause, with the prefixes of elements."""
@@ -309,7 +309,7 @@ class _ClassParser(ClauseParser):
         if not self.accept("constrainedby"):
             return None
         name = self.name()
-        return t.Constraint(name, self.modification() if self.kind == "(" else None, at)
+        return t.Constraint(name, self.modification() if self.kind == "(" else None, at=at)
 
     def modification(self) -> t.Modification:
         """A modification in parentheses, with `=` and a value, or both."""
@@ -319,18 +319,18 @@ class _ClassParser(ClauseParser):
         if self.kind in ("=", ":="):
             self.i += 1
             if self.kind == "break":
-                value = t.NoValue(self.at)
+                value = t.NoValue(at=self.at)
                 self.i += 1
             else:
                 value = self.expression()
-        return t.Modification(arguments, value, at)
+        return t.Modification(arguments, value, at=at)
 
     def _modifier(self) -> t.Argument:
         at = self.at
         if self.accept("break"):
             if self.kind == "connect":
-                return t.BreakModification("", self.connect(), at)
-            return t.BreakModification(self.expect("name"), None, at)
+                return t.BreakModification("", self.connect(), at=at)
+            return t.BreakModification(self.expect("name"), None, at=at)
         is_redeclare = self.accept("redeclare")
         is_each = self.accept("each")
         is_final = self.accept("final")
@@ -338,9 +338,9 @@ class _ClassParser(ClauseParser):
             return self._replacement(is_each, is_final, is_redeclare, at)
         name = self.name()
         self_at = self.at
-        modification = self.modification() if self.kind in ("(", "=", ":=") else t.Modification((), None, self_at)
+        modification = self.modification() if self.kind in ("(", "=", ":=") else t.Modification((), None, at=self_at)
         self.description()
-        return t.ElementModification(name.parts, is_each, is_final, modification, at)
+        return t.ElementModification(name.parts, is_each, is_final, modification, at=at)
 
     def _replacement(self, is_each: bool, is_final: bool, is_redeclare: bool, at: int) -> t.ElementReplacement:
         own = {"is_redeclare": is_redeclare, "is_final": is_final, "is_replaceable": self.accept("replaceable")}
@@ -349,7 +349,7 @@ class _ClassParser(ClauseParser):
             element: t.Class | t.Component = self._class(prefixes, is_short=True)
         else:
             (element,) = self._components(prefixes, is_single=True)
-        return t.ElementReplacement(is_each, is_final, element, at)
+        return t.ElementReplacement(is_each, is_final, element, at=at)
 
     def _comment_annotation(self) -> t.Modification | None:
         self.description()
@@ -379,7 +379,7 @@ class _ClassParser(ClauseParser):
                 self._skip_argument()
             if not self.accept(","):
                 break
-        return t.Modification(tuple(found), None, at) if found else None
+        return t.Modification(tuple(found), None, at=at) if found else None
 
     def _skip_argument(self) -> None:
         depth = 0

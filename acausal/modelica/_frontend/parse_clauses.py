@@ -25,7 +25,7 @@ class ClauseParser(ExpressionParser):
             clauses.append(clause())
             self._comment()
             self.expect(";", "after the " + ("statement" if is_algorithm else "equation"))
-        return t.Section(is_algorithm, is_initial, tuple(clauses), at)
+        return t.Section(is_algorithm, is_initial, tuple(clauses), at=at)
 
     def _comment(self) -> None:
         self.description()
@@ -44,9 +44,9 @@ class ClauseParser(ExpressionParser):
             return self.connect()
         left = self.simple_expression()
         if self.accept("="):
-            return t.Equality(left, self.expression(), at)
+            return t.Equality(left, self.expression(), at=at)
         if isinstance(left, t.Call):
-            return t.CallEquation(left, at)
+            return t.CallEquation(left, at=at)
         raise self.unexpected("`=` after the left side of an equation")
 
     def _structured(self, clause: Callable[[], t.Clause]) -> t.Clause | None:
@@ -62,7 +62,7 @@ class ClauseParser(ExpressionParser):
         self.expect(",")
         right = self.expression()
         self.expect(")")
-        return t.Connect(left, right, at)
+        return t.Connect(left, right, at=at)
 
     def _statement(self) -> t.Clause:
         at = self.at
@@ -75,20 +75,20 @@ class ClauseParser(ExpressionParser):
                 self.expect("loop")
                 body = self._clauses(self._statement, ("end",))
                 self._end("while")
-                return t.WhileClause(condition, body, at)
+                return t.WhileClause(condition, body, at=at)
             case "return":
                 self.i += 1
-                return t.Return(at)
+                return t.Return(at=at)
             case "break":
                 self.i += 1
-                return t.Break(at)
+                return t.Break(at=at)
         left = self.simple_expression()
         if self.accept(":="):
             if not isinstance(left, t.Reference | t.Tuple):
                 raise self.error("the left side of an assignment must be a variable.", at)
-            return t.Assignment(left, self.expression(), at)
+            return t.Assignment(left, self.expression(), at=at)
         if isinstance(left, t.Call):
-            return t.CallEquation(left, at)
+            return t.CallEquation(left, at=at)
         if self.kind == "=":
             raise self.error("a statement assigns with `:=`, not with `=`.")
         raise self.unexpected("`:=` after the left side of a statement")
@@ -116,7 +116,7 @@ class ClauseParser(ExpressionParser):
         branches = self._branches(clause, "if", "elseif", ("else", "end"))
         otherwise = self._clauses(clause, ("end",)) if self.accept("else") else ()
         self._end("if")
-        return t.IfClause(branches, otherwise, at)
+        return t.IfClause(branches, otherwise, at=at)
 
     def _for_clause(self, clause: Callable[[], t.Clause]) -> t.Clause:
         at = self.at
@@ -125,13 +125,13 @@ class ClauseParser(ExpressionParser):
         self.expect("loop")
         body = self._clauses(clause, ("end",))
         self._end("for")
-        return t.ForClause(iterators, body, at)
+        return t.ForClause(iterators, body, at=at)
 
     def _when(self, clause: Callable[[], t.Clause]) -> t.Clause:
         at = self.at
         branches = self._branches(clause, "when", "elsewhen", ("end",))
         self._end("when")
-        return t.WhenClause(branches, at)
+        return t.WhenClause(branches, at=at)
 
     def _end(self, what: str) -> None:
         self.expect("end")

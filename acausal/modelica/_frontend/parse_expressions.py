@@ -80,7 +80,7 @@ class ExpressionParser(Cursor):
         while self.kinds[self.i] == ".":
             self.i += 1
             parts.append(self.expect("name"))
-        return t.Name(tuple(parts), is_global, at)
+        return t.Name(tuple(parts), is_global, at=at)
 
     def expression(self) -> t.Expression:
         if self.kinds[self.i] == "if":
@@ -96,8 +96,8 @@ class ExpressionParser(Cursor):
         self.i += 1
         second = self._operation()
         if not self.accept(":"):
-            return t.Range(first, None, second, at)
-        return t.Range(first, second, self._operation(), at)
+            return t.Range(first, None, second, at=at)
+        return t.Range(first, second, self._operation(), at=at)
 
     def _if(self) -> t.Expression:
         at = self.at
@@ -110,7 +110,7 @@ class ExpressionParser(Cursor):
             if not self.accept("elseif"):
                 break
         self.expect("else", "of the if-expression")
-        return t.IfExpression(tuple(branches), self.expression(), at)
+        return t.IfExpression(tuple(branches), self.expression(), at=at)
 
     def _operation(self, level: int = 1) -> t.Expression:
         """An expression whose operators bind at least as strongly as a level, by precedence climbing."""
@@ -118,13 +118,13 @@ class ExpressionParser(Cursor):
         left: t.Expression
         if level <= (own := _PREFIXES.get(op, 0)):
             self.i += 1
-            left = t.Unary(op, self._operation(own + 1), at)
+            left = t.Unary(op, self._operation(own + 1), at=at)
         else:
             left = self._primary()
         while level <= (own := _LEVELS.get(op := self.kinds[self.i], 0)):
             at = self.at
             self.i += 1
-            left = t.Binary(op, left, self._operation(own + 1), at)
+            left = t.Binary(op, left, self._operation(own + 1), at=at)
             if _LEVELS.get(self.kinds[self.i]) == own and own in _ALONE:
                 raise self.error(f"{_ALONE[own]} needs parentheses.")
         return left
@@ -137,16 +137,16 @@ class ExpressionParser(Cursor):
                 return self._reference_or_call()
             case "integer":
                 self.i += 1
-                return t.Literal(int(value), at)
+                return t.Literal(int(value), at=at)
             case "real":
                 self.i += 1
-                return t.Literal(float(value), at)
+                return t.Literal(float(value), at=at)
             case "string":
                 self.i += 1
-                return t.Literal(string_value(value), at)
+                return t.Literal(string_value(value), at=at)
             case "true" | "false":
                 self.i += 1
-                return t.Literal(kind == "true", at)
+                return t.Literal(kind == "true", at=at)
             case "(":
                 return self._parenthesis()
             case "{":
@@ -155,10 +155,10 @@ class ExpressionParser(Cursor):
                 return self._matrix()
             case "der" | "initial" | "pure":
                 self.i += 1
-                return self._call(t.Reference((t.Part(kind, (), at),), False, at))
+                return self._call(t.Reference((t.Part(kind, (), at=at),), False, at=at))
             case "end":
                 self.i += 1
-                return t.End(at)
+                return t.End(at=at)
         raise self.unexpected("an expression")
 
     def reference(self) -> t.Reference:
@@ -168,9 +168,9 @@ class ExpressionParser(Cursor):
         while True:
             here = self.at
             name = self.expect("name")
-            parts.append(t.Part(name, self.subscripts() if self.kinds[self.i] == "[" else (), here))
+            parts.append(t.Part(name, self.subscripts() if self.kinds[self.i] == "[" else (), at=here))
             if not self.accept("."):
-                return t.Reference(tuple(parts), is_global, at)
+                return t.Reference(tuple(parts), is_global, at=at)
 
     def _reference_or_call(self) -> t.Expression:
         found = self.reference()
@@ -187,14 +187,14 @@ class ExpressionParser(Cursor):
         if self.kinds[self.i] == ":":
             at = self.at
             self.i += 1
-            return t.Whole(at)
+            return t.Whole(at=at)
         return self.expression()
 
     def _call(self, function: t.Reference) -> t.Expression:
         at = function.at
         self.expect("(")
         if self.accept(")"):
-            return t.Call(function, (), (), at)
+            return t.Call(function, (), (), at=at)
         args: list[t.Expression] = []
         named: list[tuple[str, t.Expression]] = []
         while True:
@@ -207,10 +207,10 @@ class ExpressionParser(Cursor):
                 if len(args) == 1 and self.accept("for"):
                     iterators = self.iterators()
                     self.expect(")")
-                    return t.Reduction(function, args[0], iterators, at)
+                    return t.Reduction(function, args[0], iterators, at=at)
             if not self.accept(","):
                 self.expect(")")
-                return t.Call(function, tuple(args), tuple(named), at)
+                return t.Call(function, tuple(args), tuple(named), at=at)
 
     def _argument(self) -> t.Expression:
         if self.kinds[self.i] != "function":
@@ -219,7 +219,7 @@ class ExpressionParser(Cursor):
         self.i += 1
         function = self.reference()
         self.expect("(")
-        return t.PartialCall(function, self.listed(self._named, ")"), at)
+        return t.PartialCall(function, self.listed(self._named, ")"), at=at)
 
     def _named(self) -> tuple[str, t.Expression]:
         name = self.expect("name")
@@ -231,19 +231,19 @@ class ExpressionParser(Cursor):
 
     def _iterator(self) -> t.Iterator:
         at = self.at
-        return t.Iterator(self.expect("name"), self.expression() if self.accept("in") else None, at)
+        return t.Iterator(self.expect("name"), self.expression() if self.accept("in") else None, at=at)
 
     def _array(self) -> t.Expression:
         at = self.at
         self.i += 1
         if self.accept("}"):
-            return t.Array((), at)
+            return t.Array((), at=at)
         elements = self.listed(self._argument)
         iterators = self.iterators() if len(elements) == 1 and self.accept("for") else ()
         self.expect("}")
         if iterators:
-            return t.Reduction(t.Reference((t.Part("array", (), at),), False, at), elements[0], iterators, at)
-        return t.Array(elements, at)
+            return t.Reduction(t.Reference((t.Part("array", (), at=at),), False, at=at), elements[0], iterators, at=at)
+        return t.Array(elements, at=at)
 
     def _matrix(self) -> t.Expression:
         at = self.at
@@ -253,7 +253,7 @@ class ExpressionParser(Cursor):
             rows.append(self.listed(self.expression))
             if not self.accept(";"):
                 self.expect("]")
-                return t.Matrix(tuple(rows), at)
+                return t.Matrix(tuple(rows), at=at)
 
     def _parenthesis(self) -> t.Expression:
         at = self.at
@@ -268,7 +268,7 @@ class ExpressionParser(Cursor):
             is_tuple = True
         first = elements[0]
         if is_tuple or first is None:
-            return t.Tuple(tuple(elements) if is_tuple else (), at)
+            return t.Tuple(tuple(elements) if is_tuple else (), at=at)
         if self.kinds[self.i] == "[":
-            return t.Subscripted(first, self.subscripts(), at)
+            return t.Subscripted(first, self.subscripts(), at=at)
         return first

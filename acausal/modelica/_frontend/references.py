@@ -94,7 +94,7 @@ def find(here: "Expressions", ref: t.Reference, *, is_call: bool = False) -> Cha
 
 def _in_class(here: "Expressions", found: ClassElement, ref: t.Reference, i: int) -> "Chain | ClassElement | Typed":
     """What the rest of a reference names in a class inside a component."""
-    rest = t.Reference(ref.parts[i:], False, ref.parts[i].at)
+    rest = t.Reference(ref.parts[i:], False, at=ref.parts[i].at)
     if len(rest.parts) == 1:
         return found
     return find(dataclasses.replace(here, scope=found.instance.encloser or here.scope), rest, is_call=True)

@@ -1,37 +1,40 @@
 """The syntax tree (Modelica 3.6, appendix A). Nodes are never changed after they are made.
 
-`at` is the offset of a node in its text. Nodes are not frozen dataclasses, because Python restores these from the cache
-more slowly than it parses them.
+Nodes are not frozen dataclasses, because Python restores these from the cache more slowly than it parses them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 
 @dataclass(slots=True, eq=False)
-class Literal:
-    """A number, truth or string."""
+class Node:
+    """A node of the tree; `at` is its offset in the text."""
 
-    value: bool | int | float | str
-    at: int
+    at: int = field(kw_only=True)
 
 
 @dataclass(slots=True, eq=False)
-class Part:
+class Literal(Node):
+    """A number, truth or string."""
+
+    value: bool | int | float | str
+
+
+@dataclass(slots=True, eq=False)
+class Part(Node):
     """A name in a component reference, with its subscripts."""
 
     name: str
     subs: "tuple[Expression, ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Reference:
+class Reference(Node):
     """A component reference, such as `a.b[2].c`. `is_global`: with a dot in front."""
 
     parts: tuple[Part, ...]
     is_global: bool
-    at: int
 
     def __str__(self) -> str:
         return "." * self.is_global + ".".join(part.name + "[...]" * bool(part.subs) for part in self.parts)
@@ -42,139 +45,120 @@ class Reference:
 
 
 @dataclass(slots=True, eq=False)
-class Name:
+class Name(Node):
     """The name of a class, such as `Modelica.Units.SI`."""
 
     parts: tuple[str, ...]
     is_global: bool
-    at: int
 
     def __str__(self) -> str:
         return "." * self.is_global + ".".join(self.parts)
 
 
 @dataclass(slots=True, eq=False)
-class Call:
+class Call(Node):
     """A call of a function or operator. `function` is a name such as `der` or a component reference."""
 
     function: Reference
     args: "tuple[Expression, ...]"
     named: "tuple[tuple[str, Expression], ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class PartialCall:
+class PartialCall(Node):
     """A function as an argument: `function f(a = 1)`."""
 
     function: Reference
     named: "tuple[tuple[str, Expression], ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Iterator:
+class Iterator(Node):
     """`name in range`; the range is None if it follows from the subscripts that use the name."""
 
     name: str
     range: "Expression | None"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Reduction:
+class Reduction(Node):
     """`function(body for iterators)`, or an array `{body for iterators}`, with the function "array"."""
 
     function: Reference
     body: "Expression"
     iterators: tuple[Iterator, ...]
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Unary:
+class Unary(Node):
     """`op` is "-", "+", "not", ".-" or ".+"."""
 
     op: str
     arg: "Expression"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Binary:
+class Binary(Node):
     op: str
     left: "Expression"
     right: "Expression"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class IfExpression:
+class IfExpression(Node):
     branches: "tuple[tuple[Expression, Expression], ...]"
     otherwise: "Expression"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Array:
+class Array(Node):
     """`{a, b}`."""
 
     elements: "tuple[Expression, ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Matrix:
+class Matrix(Node):
     """`[a, b; c, d]`, by rows."""
 
     rows: "tuple[tuple[Expression, ...], ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Range:
+class Range(Node):
     start: "Expression"
     step: "Expression | None"
     stop: "Expression"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Tuple:
+class Tuple(Node):
     """`(a, , b)`: results of a function. None for one that is dropped."""
 
     elements: "tuple[Expression | None, ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Subscripted:
+class Subscripted(Node):
     """Subscripts of an expression in parentheses."""
 
     base: "Expression"
     subs: "tuple[Expression, ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class End:
+class End(Node):
     """`end` in a subscript."""
 
-    at: int
-
 
 @dataclass(slots=True, eq=False)
-class Whole:
+class Whole(Node):
     """The subscript `:`, or the size `:`."""
 
-    at: int
-
 
 @dataclass(slots=True, eq=False)
-class NoValue:
+class NoValue(Node):
     """`break` as the value of a modifier, which removes the value of the declaration (Modelica 3.7, section 7.2.7)."""
-
-    at: int
 
 
 Expression: TypeAlias = (
@@ -198,75 +182,67 @@ Expression: TypeAlias = (
 
 
 @dataclass(slots=True, eq=False)
-class Equality:
+class Equality(Node):
     """An equation `left = right`."""
 
     left: Expression
     right: Expression
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Assignment:
+class Assignment(Node):
     """`left := right`; `left` is a component reference, or a tuple for several results."""
 
     left: Reference | Tuple
     right: Expression
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class CallEquation:
+class CallEquation(Node):
     """A call as an equation or statement, such as `assert(...)`."""
 
     call: Call
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Connect:
+class Connect(Node):
     left: Expression
     right: Expression
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class IfClause:
+class IfClause(Node):
     """An if-equation or if-statement."""
 
     branches: "tuple[tuple[Expression, Clauses], ...]"
     otherwise: "Clauses"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class ForClause:
+class ForClause(Node):
     iterators: tuple[Iterator, ...]
     body: "Clauses"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class WhileClause:
+class WhileClause(Node):
     condition: Expression
     body: "Clauses"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class WhenClause:
+class WhenClause(Node):
     branches: "tuple[tuple[Expression, Clauses], ...]"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Return:
-    at: int
+class Return(Node):
+    """`return`."""
 
 
 @dataclass(slots=True, eq=False)
-class Break:
-    at: int
+class Break(Node):
+    """`break`."""
 
 
 Clause: TypeAlias = (
@@ -276,22 +252,20 @@ Clauses: TypeAlias = tuple[Clause, ...]
 
 
 @dataclass(slots=True, eq=False)
-class Section:
+class Section(Node):
     """An equation or algorithm section."""
 
     is_algorithm: bool
     is_initial: bool
     clauses: Clauses
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Modification:
+class Modification(Node):
     """`(arguments) = value`, where each of both may be missing."""
 
     arguments: "tuple[Argument, ...]"
     value: "Expression | None"
-    at: int
 
     def named(self, name: str) -> "list[ElementModification]":
         """The modifications of an element."""
@@ -299,68 +273,62 @@ class Modification:
 
 
 @dataclass(slots=True, eq=False)
-class ElementModification:
+class ElementModification(Node):
     """`each final name(...) = value`."""
 
     name: tuple[str, ...]
     is_each: bool
     is_final: bool
     modification: Modification
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class ElementReplacement:
+class ElementReplacement(Node):
     """`redeclare` or `replaceable`, which means the same, of an element in a modification."""
 
     is_each: bool
     is_final: bool
     element: "Component | Class"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class BreakModification:
+class BreakModification(Node):
     """`break name` or `break connect(a, b)` in an extends-clause."""
 
     name: str
     connect: Connect | None
-    at: int
 
 
 Argument: TypeAlias = ElementModification | ElementReplacement | BreakModification
 
 
 @dataclass(slots=True, eq=False)
-class Constraint:
+class Constraint(Node):
     """`constrainedby` class and modification."""
 
     type: Name
     modification: Modification | None
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Import:
+class Import(Node):
     """An import clause. `alias` is the local name. Without it, `names` are imported: all of a package, if None."""
 
     name: Name
     alias: str | None
     names: "tuple[str, ...] | None"
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Extends:
+class Extends(Node):
     type: Name
     modification: Modification | None
     annotation: Modification | None
     is_protected: bool
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class Component:
+class Component(Node):
     """A component declaration. `dims` are those of the component before those of its type, as in `Real[3] x[2]`."""
 
     name: str
@@ -379,18 +347,16 @@ class Component:
     is_protected: bool
     constraint: Constraint | None
     annotation: Modification | None
-    at: int
 
 
 @dataclass(slots=True, eq=False)
-class External:
+class External(Node):
     """The external function: language, name, the variable that gets its result, and arguments."""
 
     language: str
     name: str
     result: Reference | None
     args: tuple[Expression, ...]
-    at: int
 
 
 @dataclass(slots=True, eq=False)
@@ -433,7 +399,7 @@ Specialised: TypeAlias = str  # "class", "model", "function", "expandable connec
 
 
 @dataclass(slots=True, eq=False)
-class Class:
+class Class(Node):
     """A class definition."""
 
     name: str
@@ -450,7 +416,6 @@ class Class:
     is_impure: bool
     constraint: Constraint | None
     annotation: Modification | None
-    at: int
 
 
 Element: TypeAlias = Import | Extends | Component | Class
