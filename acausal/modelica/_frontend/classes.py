@@ -8,10 +8,11 @@ for them, so that instances cost nothing before they are needed.
 import dataclasses
 import functools as ft
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeAlias
 
 from ..._errors import suggestion
 from .._errors import ModelicaError
+from .._syntax.flat import SourcePlace
 from . import restrictions
 from . import tree as t
 from .library import Definition, Libraries
@@ -129,7 +130,7 @@ class ClassElement:
         else:
             self.modifier = merged(self.modifier, modifier)
 
-    def member(self, name: str, error: Callable[[str], Exception]) -> "ClassElement | ComponentElement":
+    def member(self, name: str, error: Callable[[str], Exception]) -> "Element":
         """An element by its name, from outside of the class. Raises `error`."""
         elements = self.instance.elements
         found = elements.get(name)
@@ -193,12 +194,12 @@ class Instance:
         self.component = component
         self.derived = derived
         self.level: int = derived.level + 1 if derived else 0
-        self._own: dict[str, ClassElement | ComponentElement] | None = None
-        self._elements: dict[str, ClassElement | ComponentElement] | None = None
+        self._own: dict[str, Element] | None = None
+        self._elements: dict[str, Element] | None = None
         self._bases: list[Instance] = []
         self._base_at: list[int] = []
         self._pending = False
-        self._imported: dict[str, ClassElement | ComponentElement | None] = {}
+        self._imported: dict[str, Element | None] = {}
         self._classes: dict[str, ClassElement] = {}
         self.is_class = False  # a package or function, not the type of a component
         self.is_hidden = False  # a protected base class, or base class of one
@@ -263,7 +264,7 @@ class Instance:
         return Type("function" if self.is_function else "component", self)
 
     @property
-    def own(self) -> "dict[str, ClassElement | ComponentElement]":
+    def own(self) -> "dict[str, Element]":
         """The elements that the text of the class declares, without those of its base classes."""
         if self._own is None:
             self._own = {}
@@ -275,7 +276,7 @@ class Instance:
         return self._own
 
     @property
-    def elements(self) -> "dict[str, ClassElement | ComponentElement]":
+    def elements(self) -> "dict[str, Element]":
         """All elements by name. While base classes are looked up, only those that are known already."""
         if self._elements is None:
             if self._pending:
@@ -328,9 +329,7 @@ class Instance:
             found.keep(_constraint_modifier(tree, self))
         return found
 
-    def _modified(
-        self, found: "ClassElement | ComponentElement", tree: t.Class | t.Component, outer: Modifier
-    ) -> "ClassElement | ComponentElement":
+    def _modified(self, found: "Element", tree: t.Class | t.Component, outer: Modifier) -> "Element":
         """What a modifier makes of the element that `tree` declares."""
         self._check_changed(found.name, tree, outer)
         redeclaration, inside = outer.redeclaration, outer.without_redeclaration()
@@ -407,7 +406,7 @@ class Instance:
 
     # Inheritance
 
-    def _expanded(self) -> "dict[str, ClassElement | ComponentElement]":
+    def _expanded(self) -> "dict[str, Element]":
         if self.level > _DEPTH:
             raise self.error(self.tree.at, f"{self.name} extends itself.")
         body = self.tree.body
@@ -433,9 +432,7 @@ class Instance:
                 raise self.modifier.error(f"{self.name} has no {name} to remove.")
         return found
 
-    def _ordered(
-        self, found: "dict[str, ClassElement | ComponentElement]"
-    ) -> "dict[str, ClassElement | ComponentElement]":
+    def _ordered(self, found: "dict[str, Element]") -> "dict[str, Element]":
         """Elements in the order of the text, with those of a base class in the place of its extends-clause."""
         if not self._bases or not isinstance(self.tree.body, t.Long):
             return found
@@ -445,7 +442,7 @@ class Instance:
         clauses.sort(key=lambda one: one[0])
         return {name: found[name] for _, names in clauses for name in names if name in found}
 
-    def _inherit_all(self, body: t.Long, found: "dict[str, ClassElement | ComponentElement]") -> None:
+    def _inherit_all(self, body: t.Long, found: "dict[str, Element]") -> None:
         redeclared = self._redeclarations(body)
         if body.is_class_extends:
             assert self.element.extended is not None
@@ -497,7 +494,7 @@ class Instance:
         base: ClassElement,
         modifier: Modifier | None,
         at: int,
-        found: "dict[str, ClassElement | ComponentElement]",
+        found: "dict[str, Element]",
         redeclared: dict[str, Modifier] | None = None,
         *,
         is_protected: bool = False,
@@ -521,11 +518,11 @@ class Instance:
                 found[name] = element
             elif not _are_equal(before, element):
                 raise self.error(
-                    _at(before) if name in self.own else at,
+                    before.tree.at if name in self.own else at,
                     f"{self.name} has two elements {name} that differ, of its own or of its base classes.",
                 )
 
-    def _check_names(self, modifier: Modifier, found: "dict[str, ClassElement | ComponentElement]") -> None:
+    def _check_names(self, modifier: Modifier, found: "dict[str, Element]") -> None:
         """Raises `TextError` for a modifier of an element that does not exist."""
         known: Any = found
         if self.builtin:
@@ -622,7 +619,7 @@ class Instance:
 
     # Look-up (Modelica 3.6, section 5.3)
 
-    def find(self, name: str, *, is_base: bool = False) -> "ClassElement | ComponentElement | None":
+    def find(self, name: str, *, is_base: bool = False) -> "Element | None":
         """The element that a simple name means in this class, or in the classes around it. `is_base`: the name is that
         of a base class, which is not looked up among inherited elements.
         """
@@ -636,13 +633,13 @@ class Instance:
             here, is_base = here.encloser, False
         return self.top.find(name)
 
-    def _import(self, name: str) -> "ClassElement | ComponentElement | None":
+    def _import(self, name: str) -> "Element | None":
         if name not in self._imported:
             self._imported[name] = None  # while the imports are looked up
             self._imported[name] = self._imported_as(name)
         return self._imported[name]
 
-    def _imported_as(self, name: str) -> "ClassElement | ComponentElement | None":
+    def _imported_as(self, name: str) -> "Element | None":
         body = self.tree.body
         imports = [x for x in body.elements if isinstance(x, t.Import)] if isinstance(body, t.Long) else []
         named = [one for one in imports if one.names is not None and name in one.names]
@@ -654,7 +651,7 @@ class Instance:
             if len(parts) > 1:
                 self.top.check_package(self.top.find_path(parts[:-1], self, clause.at), self, clause.at)
             return found
-        several: list[ClassElement | ComponentElement] = []
+        several: list[Element] = []
         for clause in imports:
             if clause.names is None:
                 package = self.top.find_path(clause.name.parts, self, clause.at)
@@ -697,7 +694,7 @@ class Instance:
 
 
 def inside(
-    found: "ClassElement | ComponentElement",
+    found: "Element",
     parts: tuple[str, ...],
     source: Source,
     at: int,
@@ -720,33 +717,34 @@ def inside(
     return found
 
 
+@dataclasses.dataclass(eq=False, repr=False)
 class ComponentElement:
     """A component as an element of a class instance. `scope` is the class instance of its declaration's text, `holder`
     the one whose element it is, `replaced` the component that a redeclaration has replaced.
     """
 
-    def __init__(
-        self,
-        tree: t.Component,
-        scope: Instance,
-        modifier: Modifier | None,
-        holder: Instance,
-        replaced: "ComponentElement | None" = None,
-    ) -> None:
-        self.tree = tree
-        self.scope = scope
-        self.modifier = modifier
-        self.holder = holder
-        self.replaced = replaced
-        self.name = tree.name
-        self.is_protected = tree.is_protected or bool(replaced and replaced.is_protected)
-        self.dims: tuple[int | None, ...] | None = None  # found by structure.py
-        self.is_present: bool | None = None
-        self.inner: ComponentElement | None = None
-        self.is_added = False  # to an expandable connector
-        self.has_equation = False  # a record that a call of a function gives
-        self._type: ClassElement | None = None
-        self._members: dict[Index, Instance] = {}
+    tree: t.Component
+    scope: Instance
+    modifier: Modifier | None
+    holder: Instance
+    replaced: "ComponentElement | None" = None
+    is_protected: bool = False
+    dims: tuple[int | None, ...] | None = None  # found by structure.py
+    is_present: bool | None = None
+    inner: "ComponentElement | None" = None
+    is_added: bool = False  # to an expandable connector
+    has_equation: bool = False  # a record that a call of a function gives
+    _type: ClassElement | None = None
+    _members: dict[Index, Instance] = dataclasses.field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.name = self.tree.name
+        self.is_protected = self.tree.is_protected or bool(self.replaced and self.replaced.is_protected)
+
+    @property
+    def place(self) -> SourcePlace:
+        """The place of the declaration."""
+        return self.scope.source.place(self.tree.at)
 
     def error(self, message: str) -> TextError:
         return self.scope.source.error(self.tree.at, message)
@@ -874,7 +872,10 @@ class ComponentElement:
         return f"<component {self.path}>"
 
 
-def inner_element(name: str, around: ComponentElement | None) -> ClassElement | ComponentElement | None:
+Element: TypeAlias = ClassElement | ComponentElement
+
+
+def inner_element(name: str, around: ComponentElement | None) -> Element | None:
     """The inner element of a name that is next to a component, or to the components around it (section 5.4)."""
     while around is not None:
         found = around.holder.whole.elements.get(name)
@@ -914,9 +915,9 @@ class Top:
             raise source.error(name.at, f"there is no class {name}.")
         return inside(found, name.parts, source, name.at, self)
 
-    def find_path(self, parts: tuple[str, ...], user: Instance, at: int) -> "ClassElement | ComponentElement":
+    def find_path(self, parts: tuple[str, ...], user: Instance, at: int) -> "Element":
         """A class or constant by its full name, which `user` imports. Raises `TextError`."""
-        found: ClassElement | ComponentElement | None = self.find(parts[0])
+        found: Element | None = self.find(parts[0])
         if found is None:
             raise self.unknown(parts, user, at, f"there is no class {'.'.join(parts)} to import", user.source)
         for part in parts[1:]:
@@ -925,7 +926,7 @@ class Top:
             found = found.member(part, ft.partial(user.error, at))
         return found
 
-    def check_package(self, found: "ClassElement | ComponentElement", user: Instance, at: int) -> None:
+    def check_package(self, found: "Element", user: Instance, at: int) -> None:
         """Raises `TextError` for an import from something else than a package (section 13.2.1.1)."""
         if not isinstance(found, ClassElement) or found.instance.kind not in ("package", "operator", "class"):
             raise user.error(at, f"{found.name} is no package, and nothing can be imported from it.")
@@ -958,7 +959,7 @@ class Top:
                 f"There is no model {name}.{suggestion(parts[0], self.libraries.names())} "
                 "Give its full name, and the folder of its library by roots=[...]."
             )
-        element: ClassElement | ComponentElement = found
+        element: Element = found
         for part in (*parts[1:], ""):
             if isinstance(element, ComponentElement):
                 raise ModelicaError(f"{element.path} is a component, not a model.")
@@ -990,11 +991,7 @@ def _constraint_modifier(tree: t.Class | t.Component, scope: Instance) -> Modifi
     return modifier_of(tree.constraint.modification, scope) if tree.constraint is not None else None
 
 
-def _at(element: ClassElement | ComponentElement) -> int:
-    return element.tree.at
-
-
-def _are_equal(a: ClassElement | ComponentElement, b: ClassElement | ComponentElement) -> bool:
+def _are_equal(a: Element, b: Element) -> bool:
     """Whether two elements of one name are the same, as two base classes may have them."""
     if not _have_one_text(_values(a.modifier), _values(b.modifier)):
         return False
@@ -1050,7 +1047,7 @@ def _have_one_text(a: object, b: object) -> bool:
     return all(_have_one_text(getattr(a, name), getattr(b, name)) for name in names)
 
 
-def _check_constraint(own: ClassElement | ComponentElement, new: Instance, error: Callable[[str], TextError]) -> None:
+def _check_constraint(own: Element, new: Instance, error: Callable[[str], TextError]) -> None:
     """Raises `error` for a class that does not fit its constraint, or that of what it replaces (section 7.3.2)."""
     if own.tree.constraint is not None:
         check_subtype(new, own.constraint.instance, error, "its constraint")

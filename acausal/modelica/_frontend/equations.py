@@ -244,7 +244,7 @@ class Equations:
         blocks: list[tuple[e.Expression, e.Body]] = []
         for condition, body in x.branches:
             inner = _WhenBody(self.here.within_when())
-            statements = tuple(item for clause in body for item in inner.statements(clause))
+            statements = inner.body(body)
             kinds = ("Boolean", "Clock") if len(x.branches) == 1 else ("Boolean",)  # clocks: section 16.6
             blocks.append((when_condition(self.here, condition, kinds), statements))
         same_targets(self.here, x.at, [body for _, body in blocks], "when")
@@ -264,48 +264,38 @@ def _chosen(
     return e.If(tuple(zip(conditions, residuals, strict=True)), otherwise)
 
 
-@dataclasses.dataclass
-class _WhenBody:
+class _WhenBody(Statements):
     """The equations of a when-clause, as statements."""
 
-    here: Expressions
-
-    def statements(self, x: t.Clause) -> tuple[e.Statement, ...]:
+    def statement(self, x: t.Clause) -> tuple[e.Statement, ...]:
+        here = self.here
         match x:
+            case t.Equality(t.Reference() | t.Tuple() as left, right):
+                return super().statement(t.Assignment(left, right, at=x.at))
             case t.Equality():
-                return self._equality(x)
-            case t.CallEquation():
-                statements = Statements(self.here)
-                is_reinit = x.call.function.names == ("reinit",)
-                return statements.reinit(x.call) if is_reinit else (statements.call(x.call),)
+                raise here.error(x.at, "the left side of an equation in `when` must be a variable.")
+            case t.CallEquation(call):
+                return self.reinit(call) if call.function.names == ("reinit",) else (self.call(call),)
             case t.IfClause():
-                return self._if(x)
+                return self._choice(x)
             case t.ForClause():
-                loops = self.here.unrolled(x.iterators, x.body)
-                return tuple(item for within in loops for item in _WhenBody(within)._body(x.body))
+                loops = here.unrolled(x.iterators, x.body)
+                return tuple(item for within in loops for item in _WhenBody(within).body(x.body))
             case t.WhenClause():
-                raise self.here.error(x.at, "`when` is not allowed in `when`.")
+                raise here.error(x.at, "`when` is not allowed in `when`.")
             case t.Connect():
-                raise self.here.error(x.at, "`connect` is not allowed in `when`.")
-        raise self.here.error(x.at, "a statement is not allowed in an equation section.")
+                raise here.error(x.at, "`connect` is not allowed in `when`.")
+        raise here.error(x.at, "a statement is not allowed in an equation section.")
 
-    def _equality(self, x: t.Equality) -> tuple[e.Statement, ...]:
-        if not isinstance(x.left, t.Reference | t.Tuple):
-            raise self.here.error(x.at, "the left side of an equation in `when` must be a variable.")
-        return Statements(self.here).statement(t.Assignment(x.left, x.right, at=x.at))
-
-    def _if(self, x: t.IfClause) -> tuple[e.Statement, ...]:
+    def _choice(self, x: t.IfClause) -> tuple[e.Statement, ...]:
         conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
         chosen = Equations(self.here, Found()).chosen(x, conditions)
         if chosen is not None:
-            return self._body(chosen)
-        blocks = tuple((c.x, self._body(body)) for c, (_, body) in zip(conditions, x.branches, strict=True))
-        otherwise = self._body(x.otherwise)
+            return self.body(chosen)
+        blocks = tuple((c.x, self.body(body)) for c, (_, body) in zip(conditions, x.branches, strict=True))
+        otherwise = self.body(x.otherwise)
         same_targets(self.here, x.at, [*(body for _, body in blocks), otherwise], "if")
         return (e.IfStatement(blocks, otherwise),)
-
-    def _body(self, clauses: Sequence[t.Clause]) -> e.Body:
-        return tuple(item for clause in clauses for item in self.statements(clause))
 
 
 def same_targets(here: Expressions, at: int, bodies: Sequence[e.Body], clause: str) -> None:

@@ -219,8 +219,7 @@ class _Flattening:
             if component.connection == "flow" and component.parent is not None and _in_connector(component):
                 # One in an expandable connector may be open on both sides (section 9.2).
                 sides = (False, True) if _in_connector(component, ("expandable connector",)) else (False,)
-                place = component.scope.source.place(component.tree.at)
-                self.flows.append((component.path, tuple(sizes), place, sides))
+                self.flows.append((component.path, tuple(sizes), component.place, sides))
 
     def _outer(self, component: ComponentElement) -> None:
         """Checks an outer component against its inner one, which the model gets if it lacks it (section 5.4)."""
@@ -265,15 +264,13 @@ class _Flattening:
         if value is None or component.variability or value.dims or _has_parameters(component.prototype):
             return
         if isinstance(value.x, e.FunctionCall) and not value.x.is_constructor:
-            place = component.scope.source.place(component.tree.at)
             residual = e.Binary("Sub", e.Ref(component.path), value.x)
-            self.found.equations.append(FlatEquation(residual, component.holder.path, "component", place))
+            self.found.equations.append(FlatEquation(residual, component.holder.path, "component", component.place))
             component.has_equation = True
 
     def _variable(self, component: ComponentElement, dims: Index) -> None:
         context = self.context
         context.register(component)
-        place = component.scope.source.place(component.tree.at)
         kind = component.value_type
         if kind.name != "object" and (other := next(component.prototype.components(), None)) is not None:
             raise other.error(f"{component.prototype.name} is a {kind}, which cannot have the element {other.name}.")
@@ -333,8 +330,8 @@ class _Flattening:
             is_overconstrained=self._is_overconstrained(component),
             evaluate=self._evaluates(component),
             is_expandable=_in_connector(component, ("expandable connector",)),
-            place=place,
-            stated=self._stated(component, binding) or place,
+            place=component.place,
+            stated=self._stated(component, binding) or component.place,
         )
 
     def _stated(self, component: ComponentElement, binding: Typed | None) -> SourcePlace | None:
