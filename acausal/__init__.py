@@ -124,7 +124,7 @@ from ._errors import (
 )
 from ._evaluate.building import choose_states
 from ._evaluate.system import System
-from ._integrate.events.turns import Peak
+from ._integrate.events.extrema import Peak
 from ._integrate.results.energy import EnergyAccount
 from ._integrate.results.event_log import EventLog
 from ._integrate.results.solution import Solution

@@ -21,6 +21,7 @@ from .._made_once import made_once
 from .._numbers import Numbers
 from .._reduce.aliases import Family, Merged, merge
 from .._reduce.cancel import reduced_exactly
+from .._reduce.class_equations import templates
 from .._reduce.flat_model import FlatModel, Instances
 from .._reduce.flatten import flatten
 from .._reduce.incidence import Pair, ranges_of_pair
@@ -29,7 +30,6 @@ from .._reduce.jaxpr import as_function
 from .._reduce.jumps import warn_of_jumps
 from .._reduce.preferred import with_preferred
 from .._reduce.sort import Sorted, sort
-from .._reduce.stated import templates
 from .._reduce.states import select_states
 from .._reduce.tear import Torn, tear
 from .._reduce.template import Template

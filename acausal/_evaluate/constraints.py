@@ -18,9 +18,9 @@ from .._reduce.incidence import Pair
 from .._reduce.sort import Sorted, Steps, chain
 from .._reduce.states import nominal_of
 from .blocks import Known, residuals
+from .common_subexpressions import once
 from .groups import Group, ModelParameters, Segments, over_members
 from .implicit import Function, Inverse, nearest, refined, valued_slopes
-from .once import once
 from .plan import Plan
 from .program import Program, chained_program_of
 from .roots import row_scale

@@ -17,8 +17,8 @@ from .._reduce.incidence import Pair
 from .._reduce.tear import Torn
 from .affine import Value
 from .blocks import tear_matrix
+from .common_subexpressions import once
 from .groups import Group, ModelParameters, Segments, SlotValues, over_members
-from .once import once
 from .starts import Inputs
 from .system import System
 

@@ -16,13 +16,13 @@ from .._errors import ModelError, suggestion
 from .._jax_private import ClosedJaxpr, jaxpr_as_fun
 from .._numbers import Numbers
 from .._reduce.aliases import TIME, Merged
+from .._reduce.class_equations import conditions_held
 from .._reduce.equalities import are_equalities
 from .._reduce.event_indicators import Expression, relations
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import children
 from .._reduce.jaxpr import check_effects, slice_outputs, structs
 from .._reduce.jaxpr_instants import Instants, Knowledge, instants
-from .._reduce.stated import conditions_held
 from .._reduce.traced import check_bounds, check_derivatives, tracing
 from .._tracing import is_traced
 from .event_set import EventEntry, EventKind, EventSet, Function

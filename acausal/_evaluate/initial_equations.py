@@ -12,9 +12,9 @@ from jax import Array
 
 from .._declare.fields import join
 from .._numbers import Numbers
+from .._reduce.class_equations import initial_templates
 from .._reduce.flat_model import FlatModel, indexed
 from .._reduce.jaxpr import as_function
-from .._reduce.stated import initial_templates
 from .._reduce.template import Template
 
 

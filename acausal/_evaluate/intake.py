@@ -20,9 +20,9 @@ from .._errors import ParameterError
 from .._indices import joined
 from .._interpret.in_parts import in_parts
 from .._numbers import Numbers
+from .._reduce.class_equations import required
 from .._reduce.flat_model import FlatLeaf, FlatModel
 from .._reduce.flatten import flatten
-from .._reduce.stated import required
 from .._tracing import known
 from .groups import UNROLLED, ModelParameters, SlotValues, discrete_start, slot_values
 from .starts import Inputs, Starts

@@ -14,8 +14,8 @@ from .._jax_private import INLINE
 from .._numbers import Numbers
 from .._reduce.incidence import Pair, Ranges, within
 from .affine import Value
+from .common_subexpressions import once
 from .groups import UNROLLED, Group, Guess, ModelParameters, Read, Segments, guesses_of, outputs
-from .once import once
 from .program import Program, Use
 
 MANY_RUNS = 64  # number of contiguous pieces above which values are gathered by index

@@ -9,8 +9,8 @@ import numpy as np
 from jaxtyping import Int
 
 from .._errors import ModelError, StructureError, complain
+from .class_equations import templates
 from .flat_model import FlatLeaf, FlatModel, Instances, reference_of
-from .stated import templates
 from .template import Template, sum_template
 
 ZERO = -2  # the representative of a node that is identically zero

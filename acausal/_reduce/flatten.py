@@ -16,9 +16,9 @@ from .._declare.node import Node, Port, check_is_node, leaves_of, resolved_sizes
 from .._declare.sizes import says_sizes, sizes_of, without_sizes
 from .._errors import ModelError, ParameterError, complain
 from .._jax_settings import check_precision
+from .class_equations import is_held_to, own_records, required, shapes_held
 from .flat_model import FlatLeaf, FlatModel, Instances, Kind
 from .graph import connected
-from .stated import is_held_to, own_records, required, shapes_held
 from .traced import TRUTH
 
 

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
+from .class_equations import templates
 from .flat_model import FlatModel
 from .jaxpr import JOINS, LOGIC, MOVES, called, interpreted, is_floating
-from .stated import templates
 from .template import Template
 
 _RELATIONS = ("lt", "le", "gt", "ge")

@@ -29,9 +29,9 @@ from .._evaluate.system import System
 from .._integrate.results.failure import about_block, about_range
 from .._integrate.start.initialise import initialised_leaves, needs_search
 from .._reduce.aliases import Family, by_zero_factors, component_families
+from .._reduce.class_equations import initial_templates, templates
 from .._reduce.flat_model import FlatModel
 from .._reduce.flatten import flatten
-from .._reduce.stated import initial_templates, templates
 from .structure import structure
 
 

@@ -11,9 +11,9 @@ import jax.numpy as jnp
 from jax import Array
 
 from .._declare.component import Component
+from .._reduce.class_equations import conditions_held, initial_templates, templates
 from .._reduce.flat_model import Kind
 from .._reduce.jaxpr import slice_output, structs
-from .._reduce.stated import conditions_held, initial_templates, templates
 from .._reduce.template import Input
 from .._units.dimension import DERIVED, NUMBER, TIME, Dimension, described
 from .._units.parsing import UnknownUnit, parsed

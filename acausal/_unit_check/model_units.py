@@ -11,10 +11,10 @@ from .._declare.array import Array
 from .._declare.component import At, Component, Event, Impact, Refuse, When
 from .._declare.history import Remember
 from .._errors import UnitError, complain
+from .._reduce.class_equations import required
 from .._reduce.flat_model import FlatModel, Instances, Kind
 from .._reduce.flatten import children
 from .._reduce.jaxpr import slice_output, structs
-from .._reduce.stated import required
 from .._reduce.traced import tracing
 from .._tracing import is_traced
 from .._units.dimension import TIME

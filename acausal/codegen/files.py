@@ -15,7 +15,7 @@ from .._integrate.events.run_events import RunEvents
 from .._integrate.setup.field import RunArgs
 from .._integrate.setup.settings import RunNumbers, Settings
 from .._integrate.solvers import Rodas5P
-from .._reduce.stated import required
+from .._reduce.class_equations import required
 from .events import CEvents
 from .expressions import SIGN
 from .model import CModel

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._errors import ModelError
-from .._evaluate.once import without_repetition
+from .._evaluate.common_subexpressions import without_repetition
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .._reduce.jaxpr import bind, called, differentiable_call, interpreted, shape_of
 from .arrays import ARRAYS, CONTROL

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from acausal import Component, Equations, Param, Scalar, Var, Vector, eq, positive, shape, simulate
+from acausal._reduce.class_equations import templates
 from acausal._reduce.flatten import flatten
 from acausal._reduce.scalarise import element_values, objects
-from acausal._reduce.stated import templates
 
 MATRIX = jnp.asarray(np.random.default_rng(0).normal(size=(6, 6)))
 

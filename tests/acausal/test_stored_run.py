@@ -38,7 +38,7 @@ from acausal._evaluate.building import system_of
 from acausal._evaluate.groups import ModelParameters
 from acausal._evaluate.starts import Inputs
 from acausal._fingerprint import NoFingerprintError, fingerprint
-from acausal._integrate.programs import made_from, stored_program
+from acausal._integrate.programs import program_digest, stored_program
 from acausal._interpret import in_parts, program
 from acausal._jax_settings import programs
 
@@ -73,7 +73,7 @@ def decay(
 
 
 def digest(model: Component) -> str:
-    return fingerprint(made_from.contents(system_of(model)))
+    return fingerprint(program_digest.contents(system_of(model)))
 
 
 CHANGES: dict[str, dict[str, Any]] = {
@@ -96,8 +96,8 @@ def test_what_makes_another_program(change: str) -> None:
 
 def test_states_chosen_by_numbers_make_another_program() -> None:
     system = choose_states(rc())
-    assert fingerprint(made_from.contents(system)) != digest(rc())
-    assert fingerprint(made_from.contents(system)) == fingerprint(made_from.contents(choose_states(rc())))
+    assert fingerprint(program_digest.contents(system)) != digest(rc())
+    assert fingerprint(program_digest.contents(system)) == fingerprint(program_digest.contents(choose_states(rc())))
 
 
 def test_a_function_has_no_fingerprint() -> None:
@@ -263,7 +263,7 @@ def test_a_program_is_stored_read_and_made_again_where_it_is_spoilt(
 ) -> None:
     other = str(uuid.uuid4())
     monkeypatch.setattr(programs, "folder", tmp_path)
-    monkeypatch.setattr(made_from, "machine", lambda: other)  # so that jax has compiled no such program
+    monkeypatch.setattr(program_digest, "machine", lambda: other)  # so that jax has compiled no such program
     options: dict[str, Any] = dict(
         until=lambda s: s.c.v - 2.0, integrals=lambda s: dict(v=s.c.v), peaks=lambda s: s.c.v, **saves
     )
@@ -341,7 +341,7 @@ def test_the_key_of_a_structure_does_not_depend_on_the_order_of_its_sets() -> No
     same, also = map(jax.tree.structure, inputs)
     assert (str(same) != str(also), same == also) == (True, True)
     other = jax.tree.structure(dataclasses.replace(inputs[0], given=frozenset((0, 1))))
-    keys = [made_from.key_of([], structure, ()) for structure in (same, also, other)]
+    keys = [program_digest.key_of([], structure, ()) for structure in (same, also, other)]
     assert keys[0] == keys[1] != keys[2]
 
 

@@ -13,8 +13,8 @@ from _library import LIBRARY
 from acausal import Component
 from acausal._evaluate.events import events_of
 from acausal._jax_private import ClosedJaxpr
+from acausal._reduce.class_equations import required, templates
 from acausal._reduce.flatten import flatten
-from acausal._reduce.stated import required, templates
 from acausal.codegen.functions import CFunction, function_of
 from acausal.codegen.values import Tables
 from acausal.codegen.write import constants, helpers

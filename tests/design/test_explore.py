@@ -18,7 +18,7 @@ from acausal._progress import COMPILING
 from acausal.design import Explorer, explore, optimise, serve
 from acausal.design._explore import served
 from acausal.design._explore.explorer import table
-from acausal.design._explore.face import charts, positions
+from acausal.design._explore.widgets import charts, positions
 from components.electrical import Capacitor, ConstantVoltage, Ground, Resistor
 from components.rotational import Cam, EccentricDisc
 
@@ -250,20 +250,20 @@ def test_the_cells_of_the_app_run_without_a_browser(charging: Explorer[Any]) -> 
 
 @pytest.mark.usefixtures("offered")
 def test_widgets_show_gradients_messages_and_the_optimum(load: Explorer[Any], charging: Explorer[Any]) -> None:
-    from acausal.design._explore import face
+    from acausal.design._explore import widgets
 
     start = load.at()
-    widgets = face.sliders(load.free, start.values)
-    assert face.chosen(load.free, start.values, [one.value for one in widgets]) == start.values
-    shown = "".join(item.text for item in face.inputs(start, widgets, widgets, "time"))
+    sliders = widgets.sliders(load.free, start.values)
+    assert widgets.chosen(load.free, start.values, [one.value for one in sliders]) == start.values
+    shown = "".join(item.text for item in widgets.inputs(start, sliders, sliders, "time"))
     assert f"+1 %: {start['time'].per_percent(0, 10.0):+.4g} ms" in shown
-    values, verdict = face.optimum(load, start, "time", [True, False])
+    values, verdict = widgets.optimum(load, start, "time", [True, False])
     assert values == load.optimum().values | {"torque": 0.25}
     assert "optimal" in verdict
-    assert face.optimum(load, start, "time", [False, False])[1].startswith("The search varies no parameter")
+    assert widgets.optimum(load, start, "time", [False, False])[1].startswith("The search varies no parameter")
     failed = charging.at({"supply.V": 0.4})
-    assert "never met" in face.outputs(failed, charging.at())[0].text
-    assert "&#10;" in face.energy(charging.at(), True).text
+    assert "never met" in widgets.outputs(failed, charging.at())[0].text
+    assert "&#10;" in widgets.energy(charging.at(), True).text
 
 
 def test_serve_names_what_it_offers() -> None:

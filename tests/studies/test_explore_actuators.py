@@ -10,7 +10,7 @@ import pytest
 from acausal import ArgumentError, replace
 from acausal.design import Explorer, serve
 from acausal.design import explore as make_explorer
-from acausal.design._explore.face import positions
+from acausal.design._explore.widgets import positions
 from studies import explore
 from studies.__main__ import main
 from studies.actuators import ehs_maxon, ema_maxon, explorer, figures, opening, opening_time, sila

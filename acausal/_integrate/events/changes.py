@@ -1,16 +1,19 @@
-"""Changes by events at one point: discrete variables, states, and the variables that constraints tie to them."""
+"""Changes by events at one point: discrete variables, states, the variables that constraints tie to them, impulses at
+contacts, and discrete variables that follow values.
+"""
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from ..._evaluate.complementarity import solve_complementarity
 from ..._evaluate.constraints import GIVEN, STATE, TOLERANCE, placed
 from ..._evaluate.invariants import discrete_in_invariants
 from ..._evaluate.observe import constrained_places
 from ..._numbers import Numbers
 from ..setup.field import RunArgs
-from .run_events import RunEvents
+from .run_events import Here, RunEvents
 
 
 def changed(
@@ -97,3 +100,66 @@ def _followed(
     x = jax.lax.scan(project, start, None, length=2)[0]
     missed = jnp.abs(x - aimed) > TOLERANCE * (constraints.sizes + jnp.abs(aimed))
     return x, jnp.any(touched & missed) | ~jnp.all(jnp.isfinite(x))
+
+
+def with_impulses(
+    events: RunEvents,
+    t: Numbers,
+    y: Array,
+    new: Numbers,
+    here: Here,
+    fired: Array,
+    args: RunArgs,
+) -> Numbers:
+    """The vector `new` with the states after the impacts among the events that `fired` at y.
+
+    A force that acts for an instant with the impulse p changes each state by the derivative of its rate with respect to
+    this force, times p. The rates are those with all closed contacts open and all stuck friction free; see `impact`.
+    Impacts that a start search leaves to the run do not happen.
+    """
+    if not np.any(events.impacts & ~events.waits):
+        return new
+    struck = fired[events.impacts]
+
+    def jump() -> Array:
+        free = with_discrete(events, y, here.values, jnp.asarray(events.yields))
+        none = jnp.zeros(len(struck))
+        rates = lambda forces: events.contact_rates(t, placed(free, events.forces, forces), args)  # noqa: E731
+        push = lambda force: jax.jvp(rates, (none,), (force,))[1]  # noqa: E731
+        answers, accelerations = jax.vmap(push, out_axes=1)(jnp.eye(len(struck)))
+        closed, speeds, after = here.contacts
+        # A contact that no force opens, such as one between two given motions, has no impact.
+        is_rigid = jnp.any(struck & ~(jnp.diagonal(accelerations) > 0.0))
+        impulses = solve_complementarity(accelerations, speeds, after, struck | closed)
+        return answers @ jnp.where(is_rigid, jnp.nan, impulses)
+
+    n = events.layout.n_states - events.system.n_algebraic
+    change = jax.lax.cond(jnp.any(struck), jump, lambda: jnp.zeros(n))
+    new = jnp.asarray(new)
+    return events.layout.with_part(new, slice(0, n), new[:n] + change)
+
+
+def with_follows(events: RunEvents, triggered: Array, y: Array, values: list[Array]) -> Array:
+    """The events of a round: those `triggered`, and each `follow` whose `values` differ from its variables in y.
+
+    Conditions of `ifelse` change first, because values that depend on them are not final before.
+    """
+    if not np.any(events.follows):
+        return triggered
+    return triggered | (_differ(events, y, values) & ~jnp.any(triggered & events.held))
+
+
+def _differ(events: RunEvents, y: Array, values: list[Array]) -> Array:
+    """For each event, whether it is a `follow` with a value that differs."""
+    number, element, is_own = events.writes
+    turns, places = np.nonzero(is_own & events.follows[number])
+    numbers, elements = number[turns, places], element[turns, places]
+    own = np.unique(numbers)
+    rows = [np.flatnonzero(numbers == n) for n in own]
+    # One row for each event, with its elements repeated up to the length of the longest.
+    table = np.array([np.resize(row, max(map(len, rows))) for row in rows])
+    new, old = jnp.concatenate(values)[elements[table]], y[events.layout.discrete][places[table]]
+    differs = jnp.any((new != old) & ~jnp.isnan(new), axis=1)
+    positions = np.zeros(events.total, int)
+    positions[own] = 1 + np.arange(len(own))
+    return jnp.concatenate([jnp.zeros(1, bool), differs])[positions]

@@ -9,7 +9,7 @@ from jax import Array
 from ..._numbers import Numbers
 from ..setup.field import RunArgs
 from .event_history import EventHistory
-from .moment import Approach
+from .event_time import Approach
 from .rounds import Iteration, Round, most_rounds, repeated, without_value
 from .run_events import RunEvents
 

@@ -12,11 +12,9 @@ from ..._equinox_private import while_loop
 from ..._numbers import Numbers
 from ..._reduce.event_indicators import edges
 from ..setup.field import RunArgs
-from .changes import changed
+from .changes import changed, with_follows, with_impulses
 from .event_history import EventHistory
-from .followed import with_follows
-from .impulses import with_impulses
-from .moment import Approach, carried_to_moment
+from .event_time import Approach, carried_to_moment
 from .run_events import RunEvents
 
 TOGETHER = 10  # rounds in which all conditions that have become true act together; in later rounds, one at a time

@@ -12,8 +12,8 @@ from jax import Array
 from ..._equinox_private import unvmap_any
 from ..events.crossing import Found, Returns, first_crossing
 from ..events.event_history import EventHistory
+from ..events.event_time import Approach
 from ..events.iteration import ACCUMULATED, STOPPED, Jumps, settle
-from ..events.moment import Approach
 from ..setup.state_vector import Vector
 from ..step.correction import Correction, corrected, share
 from ..step.rejected import rejectable

@@ -14,8 +14,8 @@ from ..._equinox_private import while_loop
 from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..events.event_history import EventHistory
+from ..events.event_time import Approach
 from ..events.iteration import CONTRADICTED, REFUSED, STOPPED, settle
-from ..events.moment import Approach
 from ..events.run_events import RunEvents
 from ..setup.field import RunArgs
 from ..setup.result import Result, sentence

@@ -9,7 +9,7 @@ from jax import Array
 
 from ..._evaluate.groups import Segments
 from ..._numbers import Numbers
-from ..events.turns import Peak, highest_turns, located
+from ..events.extrema import Peak, highest_turns, located
 from ..setup.field import RunArgs, values_of, wanted_pairs
 from ..setup.settings import Settings
 from ..setup.user_function import UserFunction

@@ -3,7 +3,7 @@
 A function is traced once. Its jaxpr is interpreted, and compiled in parts when that pays (`NumbersProgram`). The jaxpr
 and the compiled parts are stored, so that later processes neither trace nor compile. The cache of jax would need a
 traced and lowered program as its key. Here, the key is a digest of everything that determines the trace
-(`made_from.py`). If the digest is in doubt, nothing is stored.
+(`program_digest.py`). If the digest is in doubt, nothing is stored.
 """
 
 import contextlib
@@ -28,7 +28,7 @@ from ..._interpret.tape import closed_of, tape_of
 from ..._jax_private import ClosedJaxpr, deserialized, serialized
 from ..._jax_settings import programs
 from ..._made_once import made_once
-from .made_from import is_as_imported, key_of
+from .program_digest import is_as_imported, key_of
 
 
 class Storable(Protocol):

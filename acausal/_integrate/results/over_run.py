@@ -15,7 +15,7 @@ from ..._evaluate.starts import Inputs
 from ..._interpret.in_parts import in_parts
 from ..._numbers import Numbers
 from ..._tracing import are_traced
-from ..events.turns import CLOSE, Peak, Turn, located
+from ..events.extrema import CLOSE, Peak, Turn, located
 from ..loop.carry import StepRecord
 from ..setup.user_function import UserFunction
 from .pieces import (

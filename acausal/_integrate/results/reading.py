@@ -16,7 +16,7 @@ from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._tracing import are_traced
 from ..loop.carry import StepRecord
-from ..programs.made_from import digest_of
+from ..programs.program_digest import digest_of
 from ..programs.stored_program import result_of
 from ..setup.schedule import tick
 from ..setup.state_vector import StateVector, Vector

@@ -32,9 +32,9 @@ from ..._save_load import described
 from ..._tracing import evaluated_now, is_traced, known
 from ..._unit_check.signal_units import unit_of_leaf
 from ..events.event_history import EventHistory
-from ..events.turns import Peak
+from ..events.extrema import Peak
 from ..loop.carry import StepRecord
-from ..programs.made_from import equations_of
+from ..programs.program_digest import equations_of
 from ..setup.result import sentence
 from ..setup.state_vector import StateVector
 from ..setup.user_function import NOTHING, trace

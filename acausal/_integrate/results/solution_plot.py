@@ -1,6 +1,7 @@
-"""Plots of trajectories, of one run or several; needs matplotlib."""
+"""Plots of trajectories and of modes over time, of one run or several; needs matplotlib."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,6 @@ from ..._extras import Axes, Panels, panels
 from ..._units.parsing import common_unit
 from ..._units.quantity import from_si
 from .columns import Column, Item, columns, named_modes
-from .mode_plot import draw_modes
 from .solution import Solution
 
 Events = bool | str | Sequence[str]  # whether to mark events, or the names of parts and kinds of those to mark
@@ -139,3 +139,31 @@ def _mark_events(axes: np.ndarray, solution: Solution, colour: str, events: Even
     times, style = np.asarray(log.times), {"linewidth": 0.6, "linestyle": ":", "alpha": 0.6, "zorder": 0}
     for ax in axes:
         ax.vlines(times, 0.0, 1.0, color=colour, transform=ax.get_xaxis_transform(), **style)
+
+
+HEIGHT = 0.7  # of a band, relative to the distance of the rows
+
+
+def draw_modes(ax: Axes, times: np.ndarray, modes: Sequence[Column]) -> None:
+    """Draw a row for each discrete variable, with a band for each interval in which it has one value."""
+    words = list(dict.fromkeys(word for column in modes for _, _, word in _intervals(times, column)))
+    for row, column in enumerate(modes):
+        for start, end, word in _intervals(times, column):
+            style = {"color": f"C{words.index(word)}", "alpha": 0.5, "linewidth": 0.0}
+            ax.broken_barh([(start, end - start)], (row - HEIGHT / 2, HEIGHT), **style)
+    for number, word in enumerate(words):  # one entry in the legend for each word
+        ax.broken_barh([], (0.0, 0.0), color=f"C{number}", alpha=0.5, label=word)
+    ax.set_yticks(range(len(modes)), [column.label for column in modes])
+    ax.set_ylim(len(modes) - 0.5, -0.5)
+    ax.grid(visible=False, axis="y")
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=5, fontsize="small", frameon=False)
+
+
+def _intervals(times: np.ndarray, column: Column) -> list[tuple[float, float, str]]:
+    """Start, end and name of each interval in which a discrete variable is constant."""
+    names, values = column.names or {}, column.values.astype(float).tolist()
+    edges = [0, *(np.flatnonzero(np.diff(column.values)) + 1).tolist(), len(times) - 1]
+    return [
+        (float(times[start]), float(times[end]), names.get(values[start], f"{values[start]:g}"))
+        for start, end in pairwise(edges)
+    ]

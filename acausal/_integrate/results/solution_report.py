@@ -10,7 +10,7 @@ from ..._declare.by_name import parameters
 from ..._declare.tree import with_unit
 from ..._errors import ModelError
 from ..._report import Table, drawn, provenance
-from ..programs.made_from import equations_of
+from ..programs.program_digest import equations_of
 from ..setup.result import sentence
 from .columns import Item, columns
 from .energy import EnergyAccount

@@ -16,7 +16,7 @@ from ..._evaluate.starts import Inputs
 from ..._evaluate.system import System
 from ..._numbers import Numbers
 from ..._tracing import are_traced, evaluated_now, is_traced, within_transformation
-from ..programs.made_from import digest_of
+from ..programs.program_digest import digest_of
 from ..programs.stored_program import result_of
 
 NUMBERS = (128, 1024)  # larger sizes, and those inside transformations, are powers of two

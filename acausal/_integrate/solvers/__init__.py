@@ -1,5 +1,5 @@
 """Rosenbrock solvers for diffrax."""
 
-from ._rodas3p import Rodas3P as Rodas3P
-from ._rodas5p import Rodas5P as Rodas5P
+from ._rodas import Rodas3P as Rodas3P
+from ._rodas import Rodas5P as Rodas5P
 from ._rosenbrock import AbstractRosenbrock as AbstractRosenbrock

@@ -15,8 +15,7 @@ from ..._numbers import Numbers
 from ..._reduce.event_indicators import edges
 from ..._reduce.jaxpr import slice_output
 from ..._tracing import traced_once
-from ..events.changes import with_discrete
-from ..events.followed import with_follows
+from ..events.changes import with_discrete, with_follows
 from ..events.rounds import TOGETHER, first_of, most_rounds, ready, repeated
 from ..events.run_events import RunEvents
 from ..loop.loop_start import EventStart

@@ -21,7 +21,7 @@ from ..._indices import joined
 from ..._numbers import Numbers
 from ..._tracing import traced_once
 from ..loop.loop_start import event_start
-from ..programs.made_from import digest_of
+from ..programs.program_digest import digest_of
 from ..programs.stored_program import result_of
 from ..setup.field import RunArgs
 from ..setup.options import starts_after_past

@@ -8,10 +8,10 @@ app = marimo.App(width="full", app_title="Explore a design")
 def _():
     import marimo as mo
 
-    from acausal.design._explore import face
+    from acausal.design._explore import widgets
     from acausal.design._explore.served import offered
 
-    return face, mo, offered
+    return widgets, mo, offered
 
 
 @app.cell
@@ -34,8 +34,8 @@ def _(mo, model, offered):
 
 
 @app.cell
-def _(explorer, face, get_values, mo):
-    sliders = mo.ui.array(face.sliders(explorer.free, get_values()))
+def _(explorer, widgets, get_values, mo):
+    sliders = mo.ui.array(widgets.sliders(explorer.free, get_values()))
     return (sliders,)
 
 
@@ -54,17 +54,17 @@ def _(mo):
 
 
 @app.cell
-def _(explorer, face, get_values, sliders):
-    now = explorer.at(face.chosen(explorer.free, get_values(), sliders.value))
+def _(explorer, widgets, get_values, sliders):
+    now = explorer.at(widgets.chosen(explorer.free, get_values(), sliders.value))
     return (now,)
 
 
 @app.cell
-def _(back, best, explorer, face, handled, mo, now, result, set_values, set_verdict, start, varied):
+def _(back, best, explorer, widgets, handled, mo, now, result, set_values, set_verdict, start, varied):
     if best.value > handled["best"]:
         handled["best"] = best.value
         with mo.status.spinner("Searching ..."):
-            values, verdict = face.optimum(explorer, now, result.value, varied.value)
+            values, verdict = widgets.optimum(explorer, now, result.value, varied.value)
         set_values(values)
         set_verdict(verdict)
     if back.value > handled["back"]:
@@ -75,11 +75,13 @@ def _(back, best, explorer, face, handled, mo, now, result, set_values, set_verd
 
 
 @app.cell
-def _(back, best, energy, face, get_verdict, mo, model, now, result, sliders, start, varied):
+def _(back, best, energy, widgets, get_verdict, mo, model, now, result, sliders, start, varied):
     buttons = mo.hstack([best, back], justify="start", wrap=True)
-    left = mo.vstack([model, result, *face.inputs(now, sliders, varied, result.value), buttons])
-    right = mo.vstack([*face.outputs(now, start), energy, face.energy(now, energy.value), face.text(get_verdict())])
-    face.columns(left, mo.vstack([right, face.downloads(now)]))
+    left = mo.vstack([model, result, *widgets.inputs(now, sliders, varied, result.value), buttons])
+    right = mo.vstack(
+        [*widgets.outputs(now, start), energy, widgets.energy(now, energy.value), widgets.text(get_verdict())]
+    )
+    widgets.columns(left, mo.vstack([right, widgets.downloads(now)]))
     return
 
 

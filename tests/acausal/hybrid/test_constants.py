@@ -31,7 +31,7 @@ from acausal import (
     when,
 )
 from acausal._integrate import run as compiled
-from acausal._integrate.events import crossing, moment, rounds, run_events, turns
+from acausal._integrate.events import crossing, event_time, extrema, rounds, run_events
 from acausal._integrate.loop import loop
 from acausal._integrate.setup import schedule, settings
 from acausal._reduce.jaxpr import slice_outputs
@@ -39,23 +39,23 @@ from components import blocks, electrical
 
 CONSTANTS = {
     "PARTS": [crossing],
-    "TURN": [crossing, turns],
-    "MOST": [crossing, turns],
+    "TURN": [crossing, extrema],
+    "MOST": [crossing, extrema],
     "TOGETHER": [rounds],
     "RESOLUTION": [run_events],
     "EARLY": [loop],
     "COUNTABLE": [schedule],
-    "SLACK": [crossing, turns],
-    "CLOSE": [turns],
-    "FIRST": [turns],
+    "SLACK": [crossing, extrema],
+    "CLOSE": [extrema],
+    "FIRST": [extrema],
 }
-DERIVATIVE = {"STILL": moment}  # of event times
+DERIVATIVE = {"STILL": event_time}  # of event times
 ROOM = dict.fromkeys(("AT_ONCE", "STEPS", "MOMENTS", "ROOM"), settings)  # of records
 ORDERS = {"NODES", "EVALUATIONS", "DERIVATIVES"}  # whole numbers of a method
 FILES = {
     "_integrate.setup": "schedule settings",
     "_integrate.step": "correction interval",
-    "_integrate.events": "changes crossing event_history event_numbers iteration moment part rounds run_events turns",
+    "_integrate.events": "changes crossing event_history event_numbers event_time extrema iteration rounds run_events",
     "_integrate.loop": "carry loop loop_start peaks",
     "_integrate.results": "event_log",
     "_evaluate": "equation_instants event_set events",

@@ -23,7 +23,7 @@ from ..._evaluate.system import System
 from ..._fingerprint import DERIVATIVES, NoFingerprintError, fingerprint
 from ..._jax_private import options
 from ..._jax_settings import programs
-from ..._reduce.stated import initial_templates, required, templates
+from ..._reduce.class_equations import initial_templates, required, templates
 
 _IMPORTED = time.time()
 

@@ -22,7 +22,7 @@ class _Joined(NamedTuple):
     elements: np.ndarray
 
 
-def picked(closed: ClosedJaxpr) -> ClosedJaxpr:
+def with_single_elements(closed: ClosedJaxpr) -> ClosedJaxpr:
     """The program in which a scalar that is an element of a joined array is read directly."""
     if not any(eqn.primitive.name in JOINS for eqn in closed.jaxpr.eqns):
         return closed

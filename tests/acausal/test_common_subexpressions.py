@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from acausal._evaluate.once import once, without_repetition
+from acausal._evaluate.common_subexpressions import once, without_repetition
 
 
 def _names(function: Any, *args: Any) -> list[str]:

@@ -10,7 +10,7 @@ import pytest
 from acausal import Component, Equations, Scalar, Var, eq, simulate
 from acausal._jax_private import jaxpr_as_fun
 from acausal._reduce.jaxpr import slice_output
-from acausal._reduce.picked import picked
+from acausal._reduce.single_elements import with_single_elements
 
 FIRST_ONLY: list[Callable[[Any, Any], Any]] = [
     lambda a, b: jnp.stack([a, b])[0],
@@ -23,13 +23,13 @@ FIRST_ONLY: list[Callable[[Any, Any], Any]] = [
 
 @pytest.mark.parametrize("function", FIRST_ONLY)
 def test_only_the_picked_element_is_read(function: Callable[[Any, Any], Any]) -> None:
-    program = picked(jax.make_jaxpr(function)(1.5, 2.5))
+    program = with_single_elements(jax.make_jaxpr(function)(1.5, 2.5))
     assert slice_output(program, 0).used == (0,)
     assert jaxpr_as_fun(program)(1.5, 2.5)[0] == function(jnp.asarray(1.5), jnp.asarray(2.5))
 
 
 def test_whole_arrays_stay() -> None:
-    program = picked(jax.make_jaxpr(lambda a, b: jnp.dot(jnp.stack([a, b]), jnp.stack([b, a])))(1.5, 2.5))
+    program = with_single_elements(jax.make_jaxpr(lambda a, b: jnp.dot(jnp.stack([a, b]), jnp.stack([b, a])))(1.5, 2.5))
     assert jaxpr_as_fun(program)(1.5, 2.5)[0] == 7.5
 
 

@@ -22,8 +22,8 @@ from .._tracing import is_traced
 from .flat_model import Kind
 from .forms import ANY, NONNEGATIVE, NONZERO, POSITIVE
 from .jaxpr import assembled, check_effects, slice_outputs, structs
-from .picked import picked
 from .scalarise import element_values, elements_of, objects
+from .single_elements import with_single_elements
 from .template import Input, Template, sliced
 from .traced import Forbidden, Held, check_bounds, check_derivatives, tracing, with_truths
 
@@ -112,7 +112,7 @@ def _traced(kind: Kind, method: str) -> _Traced:
         checks.update((name, equation.check_units) for name, equation in stated.items())
         return tuple(jnp.asarray(equation.residual, dtype=float) for equation in stated.values())
 
-    closed = picked(jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs])))
+    closed = with_single_elements(jax.make_jaxpr(residuals)(*structs([kind.sizes[item.slot] for item in inputs])))
     check_effects(closed, where)
     check_bounds(closed, where)
     check_derivatives(closed, where)
