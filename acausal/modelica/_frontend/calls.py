@@ -200,7 +200,6 @@ def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
         if key not in formals:
             raise here.error(value.at, f"{instance.name} has no input {key}.{suggestion(key, list(formals))}")
     values = tuple(_argument(here, instance.name, formals[key], value) for key, value in named)
-    here.context.functions.partial[id(instance)] = instance
     return Typed(
         e.Ref("|".join((instance.path, *(key for key, _ in named)))), Type("function", instance), (), 0, values
     )

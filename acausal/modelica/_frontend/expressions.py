@@ -425,9 +425,6 @@ class Expressions:
         found = self.scope.top.find(name) if ref.is_global else self.scope.find(name)
         return found is not None and found is not self.scope.top.predefined(name)
 
-    def _reduction(self, x: t.Reduction) -> Typed:
-        return builtins.reduction(self, x)
-
     def _refused(self, x: t.Expression) -> Typed:
         if isinstance(x, t.Whole):
             raise self.error(x.at, "`:` is allowed in subscripts only.")
@@ -542,7 +539,7 @@ _BY_CLASS: dict[type, Callable[[Expressions, Any], Typed]] = {
     t.Literal: Expressions._literal,
     t.Reference: Expressions.reference,
     t.Call: Expressions._call,
-    t.Reduction: Expressions._reduction,
+    t.Reduction: builtins.reduction,
     t.Unary: Expressions._unary,
     t.Binary: Expressions._binary,
     t.IfExpression: Expressions._if,

@@ -1,6 +1,6 @@
 """Functions of the flat model (Modelica 3.6, chapter 12)."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
@@ -20,11 +20,8 @@ class Functions(Mapping[str, FlatFunction]):
 
     def __init__(self, context: "Context") -> None:
         self._context = context
-        self._requested: dict[str, tuple[Instance, Mapping[str, Typed]]] = {}
-        self._records: dict[str, Instance] = {}
-        self._objects: dict[str, tuple[Instance, Instance]] = {}
+        self._requested: dict[str, Callable[[], FlatFunction]] = {}
         self._made: dict[str, FlatFunction] = {}
-        self.partial: dict[int, Instance] = {}
 
     def request(self, instance: Instance, functions: Mapping[str, Typed]) -> str:
         """The name of a function. `functions` are its arguments that are functions, for which it gets a copy."""
@@ -32,42 +29,33 @@ class Functions(Mapping[str, FlatFunction]):
         if functions:
             arguments = ", ".join(f"{key}={_function_name(arg)}" for key, arg in functions.items())
             name = f"{name}({arguments})"
-        self._requested.setdefault(name, (instance, functions))
-        return name
+        return self._request(name, lambda: self._function(name, instance, functions))
 
     def request_record(self, instance: Instance) -> str:
         """The name of the constructor of a record."""
         found = instance.origin().element.target()
-        if found.path not in self._records:
-            self._records[found.path] = found.instance  # without the modifiers of a component
-        return found.path
+        # Without the modifiers of a component.
+        return self._request(found.path, lambda: self._constructor(found.path, found.instance))
 
     def request_object(self, instance: Instance, constructor: Instance) -> str:
         """The name of the constructor of an external object."""
         name = instance.element.target().path
-        self._objects.setdefault(name, (instance, constructor))
+        return self._request(name, lambda: self._object(name, instance, constructor))
+
+    def _request(self, name: str, make: Callable[[], FlatFunction]) -> str:
+        self._requested.setdefault(name, make)
         return name
 
     def __getitem__(self, name: str) -> FlatFunction:
         if name not in self._made:
-            if name in self._requested:
-                self._made[name] = self._function(name, *self._requested[name])
-            elif name in self._records:
-                self._made[name] = self._constructor(name, self._records[name])
-            elif name in self._objects:
-                self._made[name] = self._object(name, *self._objects[name])
-            else:
-                raise KeyError(name)
+            self._made[name] = self._requested[name]()
         return self._made[name]
 
     def __iter__(self) -> Iterator[str]:
-        done = 0
-        names: list[str] = []
-        while done < len(names := [*self._requested, *self._records, *self._objects]):
-            for name in names:
+        while waiting := [name for name in self._requested if name not in self._made]:
+            for name in waiting:
                 _ = self[name]  # may request further ones
-            done = len(names)
-        return iter(dict.fromkeys(names))
+        return iter(list(self._requested))
 
     def __len__(self) -> int:
         return len(list(iter(self)))

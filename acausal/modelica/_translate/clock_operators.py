@@ -8,8 +8,7 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatVariable
 from .._syntax.visits import mapped
-from .clock_inference import CONVERSIONS, Inference
-from .clock_partitions import Base, Clock
+from .clock_inference import CONVERSIONS, Base, Clock, Inference
 from .clock_ticks import TIME, Grid, binary
 
 _SOLVERS = ("ExplicitEuler", "ImplicitEuler", "ImplicitTrapezoid")

@@ -12,7 +12,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .clock_partitions import Base, Clock
+from .clock_inference import Base, Clock
 
 TIME = e.Ref("time")
 

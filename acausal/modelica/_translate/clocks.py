@@ -13,9 +13,8 @@ from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import nodes
-from .clock_inference import OPERATORS, Inference
+from .clock_inference import OPERATORS, Clock, Inference
 from .clock_operators import Operators, discrete
-from .clock_partitions import Clock
 from .clock_ticks import Tick
 from .statements import Values, assertions, before, branches_of, chosen, targets_of, together
 
