@@ -9,8 +9,6 @@ import dataclasses
 import sys
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ...._errors import ModelError
@@ -57,18 +55,6 @@ class TimeTable:
         """The value of a column, counted from 1, in the interval that ends at the next event."""
         xp = library_of(t, next_event, self.start, self.shift, self.curves.x, self.curves.y)
         return xp.where(next_event > self.start, self._started(column - 1, t, next_event), 0.0)
-
-    def derivative(self, column: int, t: Any, next_event: Any, rate: Any) -> Any:
-        along = jnp.asarray(t, float), jnp.asarray(rate, float)
-        return jax.jvp(lambda time: self.value(column, time, next_event), along[:1], along[1:])[1]
-
-    def second_derivative(self, column: int, t: Any, next_event: Any, rate: Any, acceleration: Any) -> Any:
-        t, rate = jnp.asarray(t, float), jnp.asarray(rate, float)
-
-        def first(time: Any, speed: Any) -> Any:
-            return self.derivative(column, time, next_event, speed)
-
-        return jax.jvp(first, (t, rate), (rate, jnp.asarray(acceleration, float)))[1]
 
     def _started(self, column: int, t: Any, next_event: Any) -> Any:
         x, y = self.curves.x, self.curves.y

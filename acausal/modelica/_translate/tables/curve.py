@@ -3,8 +3,6 @@
 import dataclasses
 from typing import Any
 
-import jax
-
 from ...._errors import ModelError
 from .kinds import CUBIC, Extrapolation, Smoothness, as_array, increasing, interval, library_of, refused, within
 from .slopes import slopes
@@ -86,17 +84,3 @@ class Table1D:
         if self.extrapolation is Extrapolation.LINE:
             value = value + slope * (u - inside)
         return refused(value, u, inside, self.extrapolation)
-
-    def derivative(self, column: int, u: Any, rate: Any) -> Any:
-        return jax.jvp(lambda x: self.value(column, x), (jax.numpy.asarray(u, float),), (_like(rate),))[1]
-
-    def second_derivative(self, column: int, u: Any, rate: Any, acceleration: Any) -> Any:
-        def first(x: Any, v: Any) -> Any:
-            return self.derivative(column, x, v)
-
-        start, change = (jax.numpy.asarray(u, float), _like(rate)), (_like(rate), _like(acceleration))
-        return jax.jvp(first, start, change)[1]
-
-
-def _like(rate: Any) -> Any:
-    return jax.numpy.asarray(rate, float)

@@ -3,9 +3,6 @@
 import dataclasses
 from typing import Any
 
-import jax
-import jax.numpy as jnp
-
 from ...._errors import ModelError
 from .kinds import Extrapolation, Smoothness, as_array, increasing, interval, library_of, refused, within
 from .slopes import akima, chords, lengthened, weights
@@ -115,18 +112,6 @@ class Table2D:
         by_x, by_y, twist = self.derivatives
         return xp.block([[block(self.z), block(by_y)], [block(by_x), block(twist)]])
 
-    def derivative(self, u: Any, v: Any, u_rate: Any, v_rate: Any) -> Any:
-        return jax.jvp(self.value, _floats(u, v), _floats(u_rate, v_rate))[1]
-
-    def second_derivative(self, u: Any, v: Any, *rates: Any) -> Any:
-        u_rate, v_rate, u_second, v_second = rates
-        start, change = _floats(u, v, u_rate, v_rate), _floats(u_rate, v_rate, u_second, v_second)
-        return jax.jvp(self.derivative, start, change)[1]
-
 
 def _at_or_after(u: Any, knots: Any, i: Any) -> Any:
     return i + (u >= knots[i + 1]) if len(knots) > 1 else i
-
-
-def _floats(*values: Any) -> tuple[Any, ...]:
-    return tuple(jnp.asarray(value, float) for value in values)
