@@ -11,7 +11,7 @@ import pytest
 from acausal import ModelError, simulate
 from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._translate.build import component
-from acausal.modelica._translate.clock_partitions import Base, Clock, Partitions
+from acausal.modelica._translate.clock_inference import Base, Clock, Partitions
 
 
 def model(text: str) -> Any:
