@@ -328,7 +328,9 @@ LARGE = (
 
 
 def _case(model: Component) -> Any:
-    return pytest.param(model, marks=[pytest.mark.thorough, pytest.mark.interpreted] if isinstance(model, LARGE) else [])
+    return pytest.param(
+        model, marks=[pytest.mark.thorough, pytest.mark.interpreted] if isinstance(model, LARGE) else []
+    )
 
 
 def _name(model: Component) -> str:
