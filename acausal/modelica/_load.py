@@ -1,5 +1,6 @@
 """Loading of Modelica models."""
 
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -7,7 +8,9 @@ from .._errors import ModelError
 from .._garbage import seldom_collected
 from ._deep_calls import deep_calls
 from ._errors import ModelicaError
+from ._frontend.references import without_indices
 from ._frontend.stored import stored_model
+from ._syntax.flat import FlatModelica
 from ._translate.build import component
 from ._translate.model import ModelicaModel
 
@@ -27,14 +30,40 @@ def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path
     (Integer, Boolean, enumerations, String), and real ones on which the structure depends, are fixed: set them by
     modifiers.
 
+    A parameter without a value or start value is 0, false or empty, and named by a warning.
+
     Raises `ModelicaError` for errors of the text, with file, line and column, and for language elements that are not
     supported. Some of the latter appear only in the analysis of the equations, as `ModelError`.
     """
     roots = [roots] if isinstance(roots, str | Path) else roots
     try:
         with seldom_collected(), deep_calls():
-            return component(stored_model(source, model, roots))
+            flat = stored_model(source, model, roots)
+            found = component(flat)
     except ModelicaError:
         raise
     except ModelError as error:
         raise ModelicaError(f"{model}: {error}") from error
+    if missing := _without_values(flat):
+        parts = without_indices(missing[0]).split(".")
+        modifier = "(".join(parts) + "=..." + ")" * (len(parts) - 1)
+        warnings.warn(
+            f"{model}: these parameters have no value, and are 0, false or empty: {', '.join(missing)}. Remedy: give "
+            f"their values by modifiers, as in {flat.name}({modifier}).",
+            stacklevel=2,
+        )
+    return found
+
+
+def _without_values(flat: FlatModelica) -> list[str]:
+    """The parameters that neither the model nor a start value gives a value."""
+    return [
+        one.name
+        for one in flat.variables.values()
+        if one.variability == "parameter"
+        and one.binding is None
+        and one.start is None
+        and all(one.fixed or (True,))
+        and not one.is_expandable
+        and 0 not in one.dims
+    ]

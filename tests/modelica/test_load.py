@@ -1,6 +1,7 @@
 """Loaded Modelica models are components like any other."""
 
 import pickle
+import warnings
 from typing import Any
 
 import equinox as eqx
@@ -135,3 +136,19 @@ def test_values_of_parameters_need_no_compiled_programs(monkeypatch: pytest.Monk
     text = "model A parameter Real p = 2, q[2] = {p, 3 * p}, r = max(q) + sum(q); Real x(start = r, fixed = true); "
     model = load(text + "equation der(x) = -x; end A;", "A")
     assert model.r == 14.0
+
+
+def test_parameters_without_a_value_are_named_once() -> None:
+    text = """model A parameter Real r; parameter Real given = 1; parameter Real start(start = 2); end A;
+        model M parameter Real k; parameter Real open(fixed = false); A a[2]; Real x = k + a[1].r; Real y = open;
+        initial equation open = 1; end M;"""
+    with pytest.warns(
+        UserWarning, match=r"no value, and are 0, false or empty: k, a\[1\].r, a\[2\].r\..*M\(k=...\)"
+    ) as found:
+        load(text, "M")
+    assert len(found) == 1
+    with pytest.warns(UserWarning, match=r"a\[1\].r, a\[2\].r\..*M\(a\(r=...\)\)"):
+        load(text, "M(k=1)")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        load(text, "M(k=1, a(each r=2))")

@@ -15,21 +15,24 @@ RESETS = """
 model Resets
   parameter Integer k = 2;
   Real x[3](each start = 0, each fixed = true), y[2, 2](each start = 1, each fixed = true);
+  Real z(start = 0, fixed = true);
 equation
   der(x) = {1, 2, 3};
   der(y) = zeros(2, 2);
+  der(z) = 0;
   when time > 0.3 then
     reinit(x[k], 10 * x[1]);
     reinit(x[1], 5);
     for i in 1:2 loop
       reinit(y[i, i], i);
     end for;
+  elsewhen time > 0.6 then
+    reinit(x[1:2], {100, 200});
+    reinit(y[2, :], {8, 9});
   end when;
   when time > 0.3 then
     reinit(x[3], -pre(x[3]));
   elsewhen time > 0.6 then
-    reinit(x[1:2], {100, 200});
-    reinit(y[2, :], {8, 9});
     if x[1] > 50 then
       reinit(x[3], 0);
     else
@@ -37,7 +40,7 @@ equation
     end if;
   end when;
   when x[1] > 4.5 then
-    reinit(x[3], x[3] - 50);
+    reinit(z, x[3] - 50);
   end when;
 end Resets;
 """
@@ -45,8 +48,9 @@ end Resets;
 
 def test_elements_of_an_array_get_new_values_together_and_one_after_the_other() -> None:
     sol = simulate(load(RESETS, "Resets"), 1.0, save=np.array([0.2, 0.5, 0.8]))
-    # At 0.3 s, x[1] becomes 5, at which the last clause acts on the x[3] that the second one has set.
-    assert_allclose(sol["x"], [[0.2, 0.4, 0.6], [5.2, 3.4, -50.3], [100.2, 200.4, 1000.6]])
+    # At 0.3 s, x[1] becomes 5, at which the last clause reads the x[3] that the second one has set.
+    assert_allclose(sol["x"], [[0.2, 0.4, 0.6], [5.2, 3.4, -0.3], [100.2, 200.4, 1000.6]])
+    assert_allclose(sol["z"], [0, -50.9, -50.9], atol=1e-12)
     assert_allclose(sol["y"][1:], [[[1, 1], [1, 2]], [[1, 1], [8, 9]]])
 
 

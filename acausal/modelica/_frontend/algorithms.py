@@ -239,7 +239,8 @@ class Statements:
 
     def _inside(self, here: Expressions | None = None, *, in_loop: bool = False) -> "Statements":
         """Statements in a clause."""
-        return dataclasses.replace(self, here=here or self.here, in_clause=True, in_loop=in_loop or self.in_loop)
+        here = dataclasses.replace(here or self.here, in_branch=True)
+        return dataclasses.replace(self, here=here, in_clause=True, in_loop=in_loop or self.in_loop)
 
     def _when(self, x: t.WhenClause) -> e.Statement:
         if self.is_function:

@@ -1,5 +1,6 @@
 """Operators and functions of the language (Modelica 3.6, sections 3.7, 10.3 and chapter 16): types and sizes."""
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -68,7 +69,8 @@ def call(here: "Expressions", name: str, x: t.Call) -> Typed:
     given = [*x.args, *(value for _, value in x.named)]
     if name == "size" and len(given) in (1, 2):
         return _size(here, x, given)
-    args = [here.single(arg) for arg in given]
+    within = dataclasses.replace(here, at_start=True) if name == "pure" else here
+    args = [within.single(arg) for arg in given]
     if name in _OUTSIDE_FUNCTIONS and here.scope.whole.is_function:
         raise here.error(x.at, f"`{name}` is not allowed in functions.")
     return handler(here, name, x, args)
@@ -133,7 +135,7 @@ def _real(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     _need(here, name, x, args[0])
     found = _made(name, args, REAL, args[0].dims)
     is_literal = isinstance(x.args[0], t.Literal | t.Unary) and isinstance(args[0].x, e.Const)
-    if is_literal and not np.isfinite(here.context.value(found.x)):
+    if is_literal and not here.in_branch and not np.isfinite(here.context.value(found.x)):
         raise here.error(x.at, f"`{name}` is not defined for {here.context.value(args[0].x)}.")
     return found
 
@@ -234,7 +236,7 @@ def _size(here: "Expressions", x: t.Call, given: Sequence[t.Expression]) -> Type
     axis = here.single(given[1])
     if axis.type != INTEGER or axis.dims:
         raise here.error(x.at, "the second argument of `size` must be an Integer.")
-    number = here.context.known(axis.x)
+    number = here.context.known(axis.x) if axis.variability <= PARAMETER else None
     if number is None:
         return Typed(e.Builtin("Size", (base.x, axis.x)), INTEGER)
     if not 1 <= number <= rank:

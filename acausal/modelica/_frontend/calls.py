@@ -101,11 +101,18 @@ def _called(
     lifted: Dims = (),
 ) -> Typed:
     """The results of a function for `given` inputs. `values` are its arguments by position, without `functions`."""
+    may_be_impure = here.in_when or here.at_start or here.scope.whole.is_function
+    if instance.tree.is_impure and not may_be_impure:
+        raise here.error(
+            here.at,
+            f"{instance.name} is impure: it can be called in when-clauses, initial sections, values of parameters, "
+            "functions and `pure(...)` only.",
+        )
     name = here.context.functions.request(instance, functions)
     found = e.FunctionCall(name, tuple(arg.x for arg in values))
     variability = max((arg.variability for arg in values), default=CONSTANT)
-    if instance.tree.is_impure:
-        variability = max(variability, DISCRETE)
+    if instance.tree.is_impure:  # the value of a parameter is that of an initial equation (section 12.3)
+        variability = max(variability, PARAMETER if here.at_start else DISCRETE)
     results: list[Typed] = []
     for one in instance.components():
         if one.causality == "output":

@@ -942,7 +942,7 @@ class Top:
             known |= here.elements.keys()
             here = here.encloser
         if not further:
-            return source.error(at, f"{message}.{suggestion(first, sorted(known))}")
+            return source.error(at, f"{message}.{suggestion(first, sorted(known - {first}))}")
         uses = self.libraries.uses(first, [one.definition for one in around])
         name = ".".join(one.name for one in reversed(around))
         needed = f"{name} needs the library {uses}. Give" if uses else f"If {first} is a library, give"

@@ -37,6 +37,7 @@ class Found:
     whens: list[e.WhenClause] = dataclasses.field(default_factory=list)
     sizes: list[Dims] = dataclasses.field(default_factory=list)  # of the equations
     calls: list[FlatEquation] = dataclasses.field(default_factory=list)  # without results, which determine nothing
+    reset: set[str] = dataclasses.field(default_factory=set)  # the elements of states with a `reinit`
 
     def add(self, equation: FlatEquation, dims: Dims) -> None:
         self.equations.append(equation)
@@ -205,7 +206,8 @@ class Equations:
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
         """The equations of a branch, without calls that determine nothing: their assertions hold only in the branch."""
         found = Found()
-        dataclasses.replace(self, found=found).all(clauses)
+        here = dataclasses.replace(self.here, in_branch=True)
+        dataclasses.replace(self, here=here, found=found).all(clauses)
         return found
 
     def _asserts(self, conditions: Sequence[Typed], bodies: Sequence[Found]) -> None:
@@ -248,7 +250,19 @@ class Equations:
             kinds = ("Boolean", "Clock") if len(x.branches) == 1 else ("Boolean",)  # clocks: section 16.6
             blocks.append((when_condition(self.here, condition, kinds), statements))
         same_targets(self.here, x.at, [body for _, body in blocks], "when")
+        own = {one for _, body in blocks for one in self._reset(x.at, body)}
+        if again := sorted(own & self.found.reset):
+            raise self.here.error(
+                x.at, f"{again[0]} has a `reinit` in another when-clause, too. Remedy: join them by `elsewhen`."
+            )
+        self.found.reset |= own
         self.found.whens.append(e.WhenClause(tuple(blocks)))
+
+    def _reset(self, at: int, body: e.Body) -> Iterator[str]:
+        """The elements of states that a body sets, each in one equation only (section 8.3.6)."""
+        for one in nodes(body):
+            if isinstance(one, e.Reinit):
+                yield from _elements(self.here, at, e.Target(one.state, tuple(map(e.Const, one.index))))
 
 
 def _chosen(

@@ -56,6 +56,8 @@ class Expressions:
     at: int = 0
     in_condition: bool = False  # of `if` or an assertion
     in_when: bool = False  # the body of a when-clause
+    in_branch: bool = False  # which may never be evaluated
+    at_start: bool = False  # an initial section, or the value of a parameter
     ends: list[Typed] = dataclasses.field(default_factory=list)  # values of `end` in the subscripts around
 
     def error(self, at: int, message: str) -> TextError:
@@ -233,7 +235,7 @@ class Expressions:
         left, right = self.single(x.left), self.single(x.right)
         if "record" in (left.type.name, right.type.name):
             return operator_records.binary(self, x, left, right)
-        if x.op in ("/", "./") and isinstance(x.right, t.Literal) and not x.right.value:
+        if x.op in ("/", "./") and isinstance(x.right, t.Literal) and not x.right.value and not self.in_branch:
             raise self.error(x.at, "a division by zero.")
         found = binary(x.op, left, right, lambda message: self.error(x.at, message))
         if x.op == "*" and (_is_actual_stream(x.left) or _is_actual_stream(x.right)):
@@ -269,8 +271,9 @@ class Expressions:
         return x.otherwise
 
     def _alternatives(self, x: t.IfExpression, conditions: Sequence[Typed]) -> Typed:
-        values = [self.single(value) for _, value in x.branches]
-        otherwise = self.single(x.otherwise)
+        inside = dataclasses.replace(self, in_branch=True)
+        values = [inside.single(value) for _, value in x.branches]
+        otherwise = inside.single(x.otherwise)
         branches = [(otherwise, x.otherwise.at), *zip(values, (text.at for _, text in x.branches), strict=True)]
         kind, dims = self.unified("branches", branches)
         variability = max(one.variability for one in (*conditions, *values, otherwise))

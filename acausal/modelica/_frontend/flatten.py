@@ -447,7 +447,7 @@ class _Flattening:
     # Equations
 
     def _section(self, base: Instance, section: t.Section) -> None:
-        here = Expressions(self.context, base)
+        here = Expressions(self.context, base, at_start=section.is_initial)
         if not section.is_algorithm:
             found = self.initial if section.is_initial else self.found
             equations = Equations(here, found, is_initial=section.is_initial)

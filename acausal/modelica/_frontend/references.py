@@ -71,9 +71,10 @@ def find(here: "Expressions", ref: t.Reference, *, is_call: bool = False) -> Cha
         i += 1
         holder = here.context.inner(found).prototype
         inner = holder.elements.get(part.name)
-        if inner is None:
+        stated = holder if holder.is_expandable else found.prototype  # an outer one may have fewer (section 5.4)
+        if inner is None or part.name not in stated.elements:
             raise here.error(
-                part.at, f"{found.name} has no element {part.name}.{suggestion(part.name, list(holder.elements))}"
+                part.at, f"{found.name} has no element {part.name}.{suggestion(part.name, list(stated.elements))}"
             )
         if inner.is_protected and (isinstance(inner, ClassElement) or not inner.is_local):
             raise here.error(part.at, f"{part.name} is protected in {holder.name}, and not accessible from outside.")

@@ -301,7 +301,7 @@ class Context:
                 return found
         if own is None or isinstance(own.expression, t.NoValue):
             return None
-        return self.bound(own)
+        return self.bound(own, at_start=component.variability == "parameter")
 
     def stated(self, component: ComponentElement) -> SourcePlace:
         """Where the value of a component is stated that has one."""
@@ -329,9 +329,9 @@ class Context:
             record = record.parent
         return found
 
-    def bound(self, binding: Binding) -> Typed:
+    def bound(self, binding: Binding, *, at_start: bool = False) -> Typed:
         """The value of a modifier, for the element of the arrays that the modifier has passed."""
-        here = Expressions(self, binding.scope, binding.names or {})
+        here = Expressions(self, binding.scope, binding.names or {}, at_start=at_start)
         value = here.single(binding.expression)
         index = binding.indices
         if not index:
@@ -371,7 +371,8 @@ class Context:
         names = [one.name for one in instance.components()]
         if isinstance(record.x, e.FunctionCall) and record.x.is_constructor and record.results:
             return record.results[names.index(name)]
-        if isinstance(record.x, e.Ref) and not record.dims:
+        is_local = instance.component is not None and instance.component.is_local
+        if isinstance(record.x, e.Ref) and not record.dims and not is_local:
             index = ",".join(str(sub.value) for sub in record.x.subs if isinstance(sub, e.Const))
             path = record.x.name + (f"[{index}]" if index else "")
             found = self._field_of(path, name)

@@ -40,6 +40,22 @@ class FunctionLibrary(Protocol):
     def call(self, name: str, args: Sequence[Value]) -> tuple[Value, ...]: ...
 
 
+class _Inner(ChainMap[str, Value]):
+    """Local names, which hide outer names that begin with one of them: `a.x` is a field of a local `a`."""
+
+    def __contains__(self, name: object) -> bool:
+        return not self._is_hidden(str(name)) and super().__contains__(name)
+
+    def __getitem__(self, name: str) -> Value:
+        if self._is_hidden(name):
+            raise KeyError(name)
+        return super().__getitem__(name)
+
+    def _is_hidden(self, name: str) -> bool:
+        first, dot, _ = name.partition(".")
+        return bool(dot) and first in self.maps[0]
+
+
 @dataclasses.dataclass(frozen=True)
 class Scope:
     """Values of the slots and of local names. `holds`: relations are held between events, as in `ifelse`.
@@ -57,4 +73,4 @@ class Scope:
         return dataclasses.replace(self, holds=False)
 
     def knowing(self, **names: Value) -> "Scope":
-        return dataclasses.replace(self, locals=ChainMap(names, self.locals))  # pyright: ignore[reportArgumentType]
+        return dataclasses.replace(self, locals=_Inner(names, self.locals))  # pyright: ignore[reportArgumentType]

@@ -226,6 +226,12 @@ def test_operators_of_records() -> None:
         ("Real x = f(1, b = 2); function f input Real a; output Real c; end f;", "f has no input b"),
         ("Real x = f(true); function f input Real a; output Real c; end f;", "is of type Real, not Boolean"),
         ("Real x = spatialDistribution(1, 2, 3, true);", "`spatialDistribution` is not supported"),
+        ("Real x = f(1); impure function f input Real a; output Real c = a; end f;", "f is impure"),
+        ("constant Real x = f(1); impure function f input Real a; output Real c = a; end f;", "f is impure"),
+        (
+            "parameter Real p = f(time); impure function f input Real a; output Real c = a; end f;",
+            "p is a parameter, but its value varies",
+        ),
     ],
 )
 def test_wrong_texts_are_refused_with_their_place(text_of_model: str, message: str) -> None:
@@ -374,3 +380,51 @@ def test_new_values_of_elements_of_arrays(reset: str, expected: str) -> None:
     else:
         (when,) = flat(source).whens
         assert text(when.blocks[0][1]) == expected
+
+
+@pytest.mark.parametrize(
+    "text_of_model",
+    [
+        "parameter Real p = f(1);",
+        "Real x = pure(f(time));",
+        "Real x; equation when time > 1 then x = f(2); end when;",
+        "parameter Real p(fixed = false); initial equation p = f(3);",
+    ],
+)
+def test_impure_functions_are_called_at_the_start_and_at_events(text_of_model: str) -> None:
+    flat(f"impure function f input Real a; output Real b = a; end f; model M {text_of_model} end M;")
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [("reinit(x, {1, 1})", "reinit(x[2], 2)"), ("reinit(x[1], 1)", "for i in 1:2 loop reinit(x[i], 2); end for")],
+)
+def test_a_state_gets_new_values_in_one_when_clause_only(first: str, second: str) -> None:
+    text_of_model = f"""model A Real x[2](each start = 1); equation der(x) = {{1, 2}};
+        when time > 1 then {first}; end when; when time > 2 then {second}; end when; end A; model M A a; end M;"""
+    with pytest.raises(ModelicaError, match=r"a.x\[[12]\] has a `reinit` in another when-clause, too"):
+        flat(text_of_model)
+    flat(text_of_model.replace("end when; when", "elsewhen"))
+
+
+@pytest.mark.parametrize(
+    "text_of_model",
+    [
+        "Real x = if time > 2 then sqrt(-4) else 1 / 2;",
+        "Real x = if time > 2 then 1 else 1 / 0;",
+        "Real x; equation if time > 2 then x = log(-1); else x = 1; end if;",
+        "Real x; algorithm x := 1; if time > 2 then x := sqrt(-4); end if;",
+    ],
+)
+def test_what_a_branch_may_never_evaluate_is_not_refused(text_of_model: str) -> None:
+    flat(f"model M {text_of_model} end M;")
+
+
+def test_names_in_functions_are_not_those_of_the_model() -> None:
+    record = "record R Real x; end R; "
+    text_of_model = """function f input R a; input Real m[:, :]; output R b; protected Integer i = 2;
+        algorithm b := R(10 * a.x + size(m, i)); end f;
+        model M parameter Integer i = 1; constant R a = R(1); constant R b = f(R(7), [1, 2, 3]);
+        constant Real y[integer(b.x)]; constant Real z[i]; end M;"""
+    text_of_model = text_of_model.replace("constant Real y", "Real y").replace("constant Real z", "Real z")
+    assert [v.dims for v in flat(record + text_of_model).variables.values() if v.dims] == [(73,), (1,)]

@@ -234,6 +234,14 @@ def test_equations_read_the_outer_value_directly(inner: str, declared: str, equa
     assert height(declared, equations, "inner System system; Tank tank;") == 1.0
 
 
+def test_elements_of_the_inner_class_that_the_outer_class_lacks_are_not_visible() -> None:
+    text = """partial model Fewer Real p; end Fewer; model More extends Fewer(p = 3); Real q = 4; end More;
+        model A outer Fewer w; Real y = w.{}; end A; model M inner More w; A a; end M;"""
+    flat_model(text.replace("{}", "p"), "M")
+    with pytest.raises(ModelicaError, match=r"w has no element q\.\n"):
+        flat_model(text.replace("{}", "q"), "M")
+
+
 @pytest.mark.parametrize(
     ("outer", "inner", "is_right"),
     [
