@@ -150,13 +150,10 @@ class ClassElement:
         """Raises `TextError` for a name in a partial class from outside of it in a model (section 5.3.2)."""
         if not self.is_partial:
             return
-        here = user if isinstance(user, Instance) else None
-        if here is None or (here.whole.is_class and not here.is_function):
+        if not isinstance(user, Instance) or (user.whole.is_class and not user.is_function):
             return  # a class that is no part of the model, such as a constraint
-        while here is not None:
-            if any(base.tree is self.tree for base in here.lineage()):
-                return
-            here = here.encloser
+        if any(base.tree is self.tree for here in user.enclosers() for base in here.lineage()):
+            return
         raise source.error(at, f"{self.name} is partial, and names in it cannot be used from outside.")
 
     @property
@@ -216,10 +213,21 @@ class Instance:
     @property
     def whole(self) -> "Instance":
         """The class instance that has this one as a base class, or base class of it."""
-        found = self
-        while found.derived is not None:
+        return self if self.derived is None else self.derived.whole
+
+    def derivations(self) -> "Iterator[Instance]":
+        """The class instance itself, and those that have it as a base class, or base class of it."""
+        found: Instance | None = self
+        while found is not None:
+            yield found
             found = found.derived
-        return found
+
+    def enclosers(self) -> "Iterator[Instance]":
+        """The class instance itself, and those that enclose it, the innermost first."""
+        found: Instance | None = self
+        while found is not None:
+            yield found
+            found = found.encloser
 
     @property
     def is_function(self) -> bool:
@@ -394,7 +402,7 @@ class Instance:
         if (
             (tree.is_protected or self.is_hidden)
             and outer.scope.whole is not self.whole
-            and _is_outside(outer.scope, self)
+            and not any(one is outer.scope for one in self.derivations())  # it comes from outside of the class
         ):
             raise outer.error(f"the modifier changes {name}, which is protected.")
 
@@ -610,12 +618,7 @@ class Instance:
     def is_removed(self, connect: t.Connect) -> bool:
         """Whether `break connect(a, b)` removes a connection of this base class."""
         text = connection_text(connect)
-        found: Instance | None = self
-        while found is not None:
-            if found.modifier is not None and text in found.modifier.breaks:
-                return True
-            found = found.derived
-        return False
+        return any(one.modifier is not None and text in one.modifier.breaks for one in self.derivations())
 
     # Look-up (Modelica 3.6, section 5.3)
 
@@ -623,14 +626,13 @@ class Instance:
         """The element that a simple name means in this class, or in the classes around it. `is_base`: the name is that
         of a base class, which is not looked up among inherited elements.
         """
-        here: Instance | None = self
-        while here is not None:
+        for here in self.enclosers():
             found = (here.own if is_base else here.elements).get(name) or here._import(name)
             if found is not None:
                 return found
             if here.tree.is_encapsulated:
                 return self.top.predefined(name)
-            here, is_base = here.encloser, False
+            is_base = False
         return self.top.find(name)
 
     def _import(self, name: str) -> "Element | None":
@@ -806,10 +808,14 @@ class ComponentElement:
 
     @property
     def depth(self) -> int:
-        depth, found = 0, self.parent
+        return sum(1 for _ in self.around())
+
+    def around(self) -> "Iterator[ComponentElement]":
+        """The components around it, the innermost first."""
+        found = self.parent
         while found is not None:
-            depth, found = depth + 1, found.parent
-        return depth
+            yield found
+            found = found.parent
 
     @property
     def is_inner(self) -> bool:
@@ -877,11 +883,10 @@ Element: TypeAlias = ClassElement | ComponentElement
 
 def inner_element(name: str, around: ComponentElement | None) -> Element | None:
     """The inner element of a name that is next to a component, or to the components around it (section 5.4)."""
-    while around is not None:
-        found = around.holder.whole.elements.get(name)
+    for component in () if around is None else (around, *around.around()):
+        found = component.holder.whole.elements.get(name)
         if found is not None and (found.tree.is_inner if isinstance(found, ClassElement) else found.is_inner):
             return found
-        around = around.parent
     return None
 
 
@@ -934,13 +939,12 @@ class Top:
     def unknown(self, parts: tuple[str, ...], user: Instance, at: int, message: str, source: Source) -> TextError:
         """The error for a name that is not found, with a suggestion, or the library that is missing and its version."""
         first, *further = parts
-        around: list[Instance] = []
-        known: set[str] = set(self.libraries.names()) | (set() if further else set(self._predefined))
-        here: Instance | None = user
-        while here is not None:
-            around.append(here)
-            known |= here.elements.keys()
-            here = here.encloser
+        around = list(user.enclosers())
+        known = {
+            *self.libraries.names(),
+            *(() if further else self._predefined),
+            *(n for a in around for n in a.elements),
+        }
         if not further:
             return source.error(at, f"{message}.{suggestion(first, sorted(known - {first}))}")
         uses = self.libraries.uses(first, [one.definition for one in around])
@@ -1075,13 +1079,3 @@ def check_subtype(
         kind, other = own.type.instance.builtin, one.type.instance.builtin
         if kind != other and (kind or other) and (kind, other) != ("Integer", "Real"):
             raise error(f"{own.path} is no {other or one.type.name}, as in {wanted.name}, {role}.")
-
-
-def _is_outside(scope: Instance, holder: Instance) -> bool:
-    """Whether a modifier comes from outside of the class and those that extend it."""
-    here: Instance | None = holder
-    while here is not None:
-        if here is scope:
-            return False
-        here = here.derived
-    return True

@@ -274,14 +274,10 @@ class _Flattening:
         kind = component.value_type
         if kind.name != "object" and (other := next(component.prototype.components(), None)) is not None:
             raise other.error(f"{component.prototype.name} is a {kind}, which cannot have the element {other.name}.")
-        binding = None if _has_equation(component.parent) else context.binding(component)
+        has_equation = any(one.has_equation for one in component.around())
+        binding = None if has_equation else context.binding(component)
         variability = component.variability
-        if (
-            variability == "constant"
-            and binding is None
-            and kind.name != "object"
-            and not _has_equation(component.parent)
-        ):
+        if variability == "constant" and binding is None and kind.name != "object" and not has_equation:
             raise component.error(f"the constant {component.name} has no value.")
         limit = VARIABILITY[variability] if kind == REAL else min(VARIABILITY[variability], DISCRETE)
         if binding is not None and binding.variability > limit and kind.name != "object":
@@ -480,14 +476,6 @@ def _has_parameters(record: Instance) -> bool:
     return False
 
 
-def _has_equation(component: ComponentElement | None) -> bool:
-    while component is not None:
-        if component.has_equation:
-            return True
-        component = component.parent
-    return False
-
-
 def _level(start: Modifier | None) -> float:
     """How many components deep the modifier of a start value is (section 8.6.2); infinite in a type."""
     binding = start.binding if start is not None else None
@@ -497,9 +485,4 @@ def _level(start: Modifier | None) -> float:
 
 
 def _in_connector(component: ComponentElement, kinds: Sequence[str] = ("connector", "expandable connector")) -> bool:
-    parent = component.parent
-    while parent is not None:
-        if parent.prototype.kind in kinds:
-            return True
-        parent = parent.parent
-    return False
+    return any(one.prototype.kind in kinds for one in component.around())

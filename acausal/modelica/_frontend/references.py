@@ -114,13 +114,11 @@ def _check_constant(here: "Expressions", ref: t.Reference, found: ComponentEleme
     """A component of a class around the class of the reference must be a constant (section 5.3.1)."""
     own = here.scope.elements.get(found.name)
     if own is not found and found.variability != "constant" and not found.is_outer:
-        around = here.scope.encloser
-        while around is not None:
+        for around in list(here.scope.enclosers())[1:]:
             if around.elements.get(found.name) is found:
                 raise here.error(
                     ref.at, f"{found.name} belongs to {around.name}, around {here.scope.name}, and is not a constant."
                 )
-            around = around.encloser
 
 
 def _literal(here: "Expressions", found: ClassElement, name: str) -> Typed | None:

@@ -39,6 +39,18 @@ def bodies_of(s: Statement) -> tuple[Body, ...]:
     return ()
 
 
+def with_bodies(s: Statement, change: Callable[[Body], Body]) -> Statement:
+    """A statement with the bodies directly inside changed."""
+    match s:
+        case IfStatement(blocks, otherwise):
+            return IfStatement(tuple((condition, change(body)) for condition, body in blocks), change(otherwise))
+        case WhenClause(blocks):
+            return WhenClause(tuple((condition, change(body)) for condition, body in blocks))
+        case For() | While():
+            return dataclasses.replace(s, body=change(s.body))
+    return s
+
+
 def statements(body: Body) -> Iterator[Statement]:
     """All statements in a body, each before those inside it."""
     for s in body:

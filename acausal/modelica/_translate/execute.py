@@ -1,6 +1,5 @@
 """Execution of algorithms and of the bodies of functions."""
 
-import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
@@ -11,7 +10,7 @@ import numpy as np
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.visits import bodies_of, statements
+from .._syntax.visits import bodies_of, statements, with_bodies
 from .branches import Failed, choose
 from .evaluate import evaluate, index_of
 from .scope import NotKnown, Scope
@@ -45,8 +44,7 @@ def _without(body: e.Body, flag: str) -> e.Body:
         if isinstance(s, e.BreakStatement):
             return (*before, e.Assign((e.Target(flag),), e.Const(True)))
         if isinstance(s, e.IfStatement) and may_break((s,)):
-            blocks = tuple((condition, _without(inner, flag)) for condition, inner in s.blocks)
-            changed = dataclasses.replace(s, blocks=blocks, otherwise=_without(s.otherwise, flag))
+            changed = with_bodies(s, lambda inner: _without(inner, flag))
             return (*before, changed, _unless(flag, _without(rest, flag))) if rest else (*before, changed)
     return body
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatModelica
+from .._syntax.visits import with_bodies
 
 
 def without_record_targets(flat: FlatModelica) -> FlatModelica:
@@ -17,11 +18,14 @@ def without_record_targets(flat: FlatModelica) -> FlatModelica:
 
 class _RecordTargets:
     def __init__(self, flat: FlatModelica) -> None:
-        self._flat = flat
         self._numbers = itertools.count(1)
+        self._fields: dict[str, list[str]] = {}  # the variables of each record
+        for path in flat.variables:
+            for dot in (i for i, character in enumerate(path) if character == "."):
+                self._fields.setdefault(path[:dot], []).append(path)
 
     def algorithm(self, algorithm: Algorithm) -> Algorithm:
-        outputs = [name for output in algorithm.outputs for name in self._fields(output) or [output]]
+        outputs = [name for output in algorithm.outputs for name in self._fields.get(output, [output])]
         return dataclasses.replace(algorithm, body=self._body(algorithm.body), outputs=tuple(dict.fromkeys(outputs)))
 
     def _body(self, body: e.Body) -> e.Body:
@@ -30,27 +34,15 @@ class _RecordTargets:
     def _statements(self, statement: e.Statement) -> Iterator[e.Statement]:
         match statement:
             case e.Assign(targets, value):
-                names = {t: f"record {next(self._numbers)}" for t in targets if t is not None and self._fields(t.name)}
+                names = {
+                    t: f"record {next(self._numbers)}" for t in targets if t is not None and t.name in self._fields
+                }
                 yield e.Assign(tuple(e.Target(names[t]) if t in names else t for t in targets), value)
                 for target, name in names.items():
-                    for path in self._fields(target.name):
+                    for path in self._fields[target.name]:
                         yield e.Assign((e.Target(path),), _field(e.Ref(name), path[len(target.name) + 1 :]))
-            case e.IfStatement(blocks, otherwise):
-                yield e.IfStatement(self._blocks(blocks), self._body(otherwise))
-            case e.WhenClause(blocks):
-                yield e.WhenClause(self._blocks(blocks))
-            case e.For() | e.While():
-                yield dataclasses.replace(statement, body=self._body(statement.body))
             case _:
-                yield statement
-
-    def _blocks(self, blocks: tuple[tuple[e.Expression, e.Body], ...]) -> tuple[tuple[e.Expression, e.Body], ...]:
-        return tuple((condition, self._body(body)) for condition, body in blocks)
-
-    def _fields(self, name: str) -> list[str]:
-        """The variables of a record, or none for the name of a variable."""
-        variables = self._flat.variables
-        return [] if name in variables else [path for path in variables if path.startswith(f"{name}.")]
+                yield with_bodies(statement, self._body)
 
 
 def _field(x: e.Expression, path: str) -> e.Expression:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from .._syntax import expressions as e
-from .._syntax.visits import statements, targets
+from .._syntax.visits import statements, targets, with_bodies
 
 
 def targets_of(body: e.Body) -> list[str]:
@@ -57,9 +57,7 @@ def assertions(body: e.Body, given: Iterable[e.Expression] = ()) -> Iterator[e.A
 def without_assertions(body: e.Body) -> e.Body:
     """Statements without the assertions that `assertions` finds, and without warnings."""
     return tuple(
-        e.IfStatement(tuple((c, without_assertions(b)) for c, b in s.blocks), without_assertions(s.otherwise))
-        if isinstance(s, e.IfStatement)
-        else s
+        with_bodies(s, without_assertions) if isinstance(s, e.IfStatement) else s
         for s in body
         if not isinstance(s, e.Assert)
     )
