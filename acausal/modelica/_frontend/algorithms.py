@@ -191,7 +191,7 @@ class Statements:
         if isinstance(state.x, e.Ref) and not state.x.subs:
             return (e.Reinit(state.x.name, value.x),)
         found: list[e.Reinit] = []
-        for index in indices([n or 0 for n in state.dims]):
+        for index in indices(state.dims):
             place = [e.Const(i) for i in index]
             x = element(state.x, place)
             if not isinstance(x, e.Ref):

@@ -297,7 +297,7 @@ def _filled(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
         count = 1
         for n in dims:
             count *= n or 0
-        return found._replace(x=nested([values[0].x] * count, [n or 0 for n in dims]))
+        return found._replace(x=nested([values[0].x] * count, dims))
     return found
 
 

@@ -118,7 +118,7 @@ class Connections:
             self._visit(here, clause)
 
     def _visit(self, here: Expressions, x: t.Clause) -> None:
-        from .equations import Equations, Found, has_connections
+        from .equations import has_connections
 
         match x:
             case t.Connect():
@@ -130,8 +130,7 @@ class Connections:
                 for within in here.unrolled(x.iterators, x.body):
                     self.visit(within, x.body)
             case t.IfClause() if has_connections(x) and not _reads_graph(x):
-                conditions = [here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
-                chosen = Equations(here, Found()).chosen(x, conditions)
+                _, chosen = here.choice(x)
                 if chosen is None:
                     raise here.error(
                         x.at, "the condition of an if-equation with connections must be a parameter with a value."
@@ -265,7 +264,7 @@ class Connections:
                 continue
             if _is_variable(left) or _is_variable(right):
                 raise spot.error(f"{left.path} and {right.path} have different types.")
-            for index in indices([n or 0 for n in sizes]):
+            for index in indices(sizes):
                 self._join_all(Connector(left, index, a.is_outside), Connector(right, index, b.is_outside), spot)
 
     def _join_variables(self, left: ConnectorEnd, right: ConnectorEnd, spot: Spot) -> None:

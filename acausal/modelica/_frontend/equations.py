@@ -12,7 +12,6 @@ from .algorithms import Statements, assertion, check_discrete, when_condition
 from .calls import as_type
 from .expressions import Expressions
 from .typed import (
-    PARAMETER,
     REAL,
     Dims,
     Type,
@@ -50,7 +49,7 @@ class Found:
             if not dims or None in dims:
                 found.add(equation, dims)
                 continue
-            for index in indices([n or 0 for n in dims]):
+            for index in indices(dims):
                 residual = _element_of(equation.residual, [e.Const(i) for i in index])
                 found.add(dataclasses.replace(equation, residual=residual), ())
         return found
@@ -163,8 +162,7 @@ class Equations:
         self._add(left.x, right.x, x.at)
 
     def _if(self, x: t.IfClause) -> None:
-        conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
-        chosen = self.chosen(x, conditions)
+        conditions, chosen = self.here.choice(x)
         if chosen is not None:
             self.all(chosen)
             return
@@ -189,19 +187,6 @@ class Equations:
                 raise self.here.error(x.at, "the branches of the if-equation give results to different variables.")
             equation = FlatEquation(residual, self.here.scope.path, "component", self._place(x.at))
             self.found.add(equation, otherwise.sizes[i])
-
-    def chosen(self, x: t.IfClause, conditions: Sequence[Typed]) -> Sequence[t.Clause] | None:
-        """The branch that parameters choose; None if conditions vary, or are not known."""
-        for condition, (_, body) in zip(conditions, x.branches, strict=True):
-            if condition.variability > PARAMETER:
-                return None
-            truth = self.here.context.known(condition.x)
-            if truth is None:
-                return None
-            self.here.context.select(condition.x)
-            if truth:
-                return body
-        return x.otherwise
 
     def _branch(self, clauses: Sequence[t.Clause]) -> Found:
         """The equations of a branch, without calls that determine nothing: their assertions hold only in the branch."""
@@ -302,8 +287,7 @@ class _WhenBody(Statements):
         raise here.error(x.at, "a statement is not allowed in an equation section.")
 
     def _choice(self, x: t.IfClause) -> tuple[e.Statement, ...]:
-        conditions = [self.here.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
-        chosen = Equations(self.here, Found()).chosen(x, conditions)
+        conditions, chosen = self.here.choice(x)
         if chosen is not None:
             return self.body(chosen)
         blocks = tuple((c.x, self.body(body)) for c, (_, body) in zip(conditions, x.branches, strict=True))

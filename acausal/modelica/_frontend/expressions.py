@@ -97,6 +97,20 @@ class Expressions:
             raise self.error(x.at, f"{what} must be a Boolean scalar, not of type {found.type}.")
         return found
 
+    def choice(self, x: t.IfClause) -> tuple[list[Typed], t.Clauses | None]:
+        """The conditions of an if-clause, and the branch that parameters choose; None if conditions vary, or are not
+        known.
+        """
+        conditions = [self.boolean(condition, "the condition of `if`") for condition, _ in x.branches]
+        for condition, (_, body) in zip(conditions, x.branches, strict=True):
+            truth = self.context.known(condition.x) if condition.variability <= PARAMETER else None
+            if truth is None:
+                return conditions, None
+            self.context.select(condition.x)
+            if truth:
+                return conditions, body
+        return conditions, x.otherwise
+
     def known(self, x: t.Expression, what: str) -> Any:
         """The value of an expression that must be known when the model is flattened."""
         return self.needed(self.single(x), x.at, what)

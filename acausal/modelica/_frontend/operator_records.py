@@ -91,7 +91,7 @@ def _matrix_product(here: "Expressions", x: t.Binary, left: Typed, right: Typed)
     """The product of vectors or matrices of operator records, by sums of products."""
     if not left.dims or not right.dims or None in left.dims + right.dims or left.dims[-1] != right.dims[0]:
         return None
-    rows, columns = [n or 0 for n in left.dims[:-1]], [n or 0 for n in right.dims[1:]]
+    rows, columns = left.dims[:-1], right.dims[1:]
     count = left.dims[-1] or 0
     if not count:
         return None

@@ -159,9 +159,7 @@ class _ClassParser(ClauseParser):
                 case "public" | "protected":
                     is_protected = self.kind == "protected"
                     self.i += 1
-                case "equation" | "algorithm":
-                    sections.append(self.section())
-                case "initial":
+                case "equation" | "algorithm" | "initial":
                     sections.append(self.section())
                 case "external":
                     external = self._external()

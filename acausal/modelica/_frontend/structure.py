@@ -257,7 +257,7 @@ class Context:
         if not dims:
             return here.value_as(kind, value).x
         items = np.broadcast_to(np.asarray(value), [n or 0 for n in dims]).reshape(-1)
-        return nested([here.value_as(kind, plain(item)).x for item in items], [n or 0 for n in dims])
+        return nested([here.value_as(kind, plain(item)).x for item in items], dims)
 
     def binding(self, component: ComponentElement) -> Typed | None:
         """The value of a component in its declaration or a modifier, of the type and size of the component."""

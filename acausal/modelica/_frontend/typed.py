@@ -101,25 +101,25 @@ def written_dims(dims: Dims) -> str:
     return "[" + ", ".join(":" if n is None else str(n) for n in dims) + "]" if dims else "a scalar"
 
 
-def indices(dims: Sequence[int]) -> Iterator[tuple[int, ...]]:
-    """All indices of an array, the last one fastest."""
-    return itertools.product(*(range(1, n + 1) for n in dims))
+def indices(dims: Sequence[int | None]) -> Iterator[tuple[int, ...]]:
+    """All indices of an array, the last one fastest; none of one whose size is not known."""
+    return itertools.product(*(range(1, (n or 0) + 1) for n in dims))
 
 
-def nested(elements: Sequence[e.Expression], dims: Sequence[int]) -> e.Expression:
+def nested(elements: Sequence[e.Expression], dims: Dims | list[int]) -> e.Expression:
     """An array constructor of elements in the order of `indices`."""
     if not dims:
         return elements[0]
     if len(dims) == 1:
         return e.ArrayOf(tuple(elements), "array")
-    count = len(elements) // dims[0] if dims[0] else 0
-    return e.ArrayOf(tuple(nested(elements[i * count : (i + 1) * count], dims[1:]) for i in range(dims[0])), "array")
+    rows = dims[0] or 0
+    count = len(elements) // rows if rows else 0
+    return e.ArrayOf(tuple(nested(elements[i * count : (i + 1) * count], dims[1:]) for i in range(rows)), "array")
 
 
 def written_out(dims: Dims, make: Callable[[list[e.Const]], e.Expression]) -> e.Expression:
     """An array constructor of some size, from its elements by their subscripts; of no size, the only element."""
-    sizes = [n or 0 for n in dims]
-    return nested([make([e.Const(i) for i in index]) for index in indices(sizes)], sizes)
+    return nested([make([e.Const(i) for i in index]) for index in indices(dims)], dims)
 
 
 def element(x: e.Expression, index: Sequence[e.Expression]) -> e.Expression:

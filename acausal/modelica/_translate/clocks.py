@@ -14,8 +14,7 @@ from .._syntax import expressions as e
 from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import nodes
 from .clock_inference import OPERATORS, Clock, Inference
-from .clock_operators import Operators, discrete
-from .clock_ticks import Tick
+from .clock_operators import Operators, Tick, discrete
 from .statements import Values, assertions, before, branches_of, chosen, targets_of, together
 
 
