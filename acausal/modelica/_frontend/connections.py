@@ -7,7 +7,7 @@ from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import TYPE_CHECKING, Generic, TypeAlias, TypeVar
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, SourcePlace
+from .._syntax.flat import FlatEquation, SourcePlace, equality
 from .._syntax.visits import nodes
 from . import references
 from . import tree as t
@@ -370,8 +370,7 @@ def equations(
         connections.check_direction(members, pairs[members[-1]].spot)
         for other in members[1:]:
             if other.ref != first.ref and connections.component(first).variability not in ("constant", "parameter"):
-                residual = e.Binary("Sub", first.ref, other.ref)
-                yield FlatEquation(residual, "", "connection", pairs[other].spot.place)
+                yield equality(first.ref, other.ref, "connection", place=pairs[other].spot.place)
     for members in sums.all():
         total = added([e.Unary("Minus", one.ref) if one.is_outside else one.ref for one in members])
         yield FlatEquation(total, "", "flows", pairs[members[0]].spot.place)

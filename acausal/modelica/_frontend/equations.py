@@ -5,7 +5,7 @@ import itertools
 from collections.abc import Iterator, Sequence
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, SourcePlace
+from .._syntax.flat import FlatEquation, SourcePlace, equality
 from .._syntax.visits import nodes, targets
 from . import tree as t
 from .algorithms import Statements, assertion, check_discrete, when_condition
@@ -90,8 +90,7 @@ class Equations:
         return self.here.scope.source.place(at)
 
     def _add(self, left: e.Expression, right: e.Expression, at: int, dims: Dims = ()) -> None:
-        residual = e.Binary("Sub", left, right)
-        self.found.add(FlatEquation(residual, self.here.scope.path, "component", self._place(at)), dims)
+        self.found.add(equality(left, right, "component", self.here.scope.path, self._place(at)), dims)
 
     def _equality(self, x: t.Equality) -> None:
         here = self.here
@@ -224,8 +223,8 @@ class Equations:
         found = self.here.typed(call)
         if not isinstance(found.x, e.FunctionCall):
             raise self.here.error(call.at, f"{call.function} is no equation.")
-        residual = e.Binary("Sub", e.TupleOf(()), found.x)
-        self.found.calls.append(FlatEquation(residual, self.here.scope.path, "component", self._place(call.at)))
+        own = equality(e.TupleOf(()), found.x, "component", self.here.scope.path, self._place(call.at))
+        self.found.calls.append(own)
 
     def _when(self, x: t.WhenClause) -> None:
         blocks: list[tuple[e.Expression, e.Body]] = []

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, FlatEquation, FlatFunction, FlatModelica, FlatVariable, SourcePlace
+from .._syntax.flat import Algorithm, FlatFunction, FlatModelica, FlatVariable, SourcePlace, equality
 from .._syntax.visits import targets
 from .._translate.scope import NotKnown
 from . import restrictions
@@ -264,8 +264,8 @@ class _Flattening:
         if value is None or component.variability or value.dims or _has_parameters(component.prototype):
             return
         if isinstance(value.x, e.FunctionCall) and not value.x.is_constructor:
-            residual = e.Binary("Sub", e.Ref(component.path), value.x)
-            self.found.equations.append(FlatEquation(residual, component.holder.path, "component", component.place))
+            own = equality(e.Ref(component.path), value.x, "component", component.holder.path, component.place)
+            self.found.equations.append(own)
             component.has_equation = True
 
     def _variable(self, component: ComponentElement, dims: Index) -> None:

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation
+from .._syntax.flat import FlatEquation, equality
 from . import references
 from . import tree as t
 from .calls import call_values, of_class
@@ -133,7 +133,7 @@ class Graph:
             if size == 0:
                 continue
             zero: e.Expression = e.Const(0.0) if size is None else e.Builtin("Zeros", (e.Const(size),))
-            yield FlatEquation(e.Binary("Sub", zero, found.x), "", "connection", spot.place)
+            yield equality(zero, found.x, "connection", place=spot.place)
 
     def _sizes(self, one: Connector) -> Dims:
         return self._context.sizes(one.component)[len(one.index) :]

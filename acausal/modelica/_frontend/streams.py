@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation
+from .._syntax.flat import FlatEquation, equality
 from .classes import ComponentElement
 from .connections import Connections, ConnectorEnd, Sets, added
 from .modifiers import Index
@@ -51,9 +51,7 @@ class Streams:
             for own in members:
                 if own.is_outside:
                     others = [one for one in members if one != own]
-                    yield FlatEquation(
-                        e.Binary("Sub", own.ref, self._mixture(others)), "", "connection", self._places[own]
-                    )
+                    yield equality(own.ref, self._mixture(others), "connection", place=self._places[own])
 
     def _mixture(self, ends: Sequence[ConnectorEnd]) -> e.Expression:
         """The mixture of the streams that flow to a connector from others."""

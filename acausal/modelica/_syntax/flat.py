@@ -2,9 +2,9 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 
-from .expressions import Assert, Body, Expression, WhenClause
+from .expressions import Assert, Binary, Body, Expression, WhenClause
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
@@ -60,6 +60,20 @@ class FlatEquation:
     component: str
     origin: str  # "component", "connection", "flows" or "open flow"
     place: SourcePlace | None
+
+
+def equality(
+    left: Expression, right: Expression, origin: str, component: str = "", place: SourcePlace | None = None
+) -> FlatEquation:
+    """The equation of two sides."""
+    return FlatEquation(Binary("Sub", left, right), component, origin, place)
+
+
+def sides(residual: Expression) -> Iterator[tuple[Expression, Expression]]:
+    """The sides of an equation, in both orders; none if it is no difference."""
+    match residual:
+        case Binary("Sub", left, right):
+            yield from ((left, right), (right, left))
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

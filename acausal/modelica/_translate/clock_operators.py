@@ -8,7 +8,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.flat import FlatEquation, FlatVariable, equality
 from .._syntax.visits import mapped
 from .clock_inference import CONVERSIONS, Base, Clock, Inference
 
@@ -323,7 +323,7 @@ class Operators:
         return variable.name
 
     def _equate(self, ref: e.Ref, value: Any) -> None:
-        self.equations.append(FlatEquation(e.Binary("Sub", ref, value), ref.name.rpartition(".")[0], "clock", None))
+        self.equations.append(equality(ref, value, "clock", ref.name.rpartition(".")[0]))
 
 
 def discrete(variable: FlatVariable) -> FlatVariable:

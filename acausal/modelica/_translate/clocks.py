@@ -11,7 +11,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, equality
 from .._syntax.visits import nodes
 from .clock_inference import OPERATORS, Clock, Inference
 from .clock_operators import Operators, Tick, discrete
@@ -90,7 +90,7 @@ class _Rewriting:
         node = self.inference.clock(condition)
         self.inference.partitions.mark(node)
         for targets, value in _assigned(body).items():
-            self._take(FlatEquation(e.Binary("Sub", together(targets), value), "", "when", None), node)
+            self._take(equality(together(targets), value, "when"), node)
         for demand in assertions(body):
             self.inference.read(demand, node)
             self.asserts.append((demand, node))

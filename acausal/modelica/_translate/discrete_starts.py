@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.flat import FlatEquation, FlatVariable, sides
 
 
 def with_starts(
@@ -34,10 +34,8 @@ def with_starts(
 
 def _pair(x: Any) -> tuple[str, str] | None:
     """The two variables that an equation makes equal, or of which one is equal to `pre` of the other."""
-    if not isinstance(x, e.Binary) or x.op != "Sub":
-        return None
-    names = [_name(side) for side in (x.left, x.right)]
-    return (names[0], names[1]) if names[0] and names[1] else None
+    pairs = ((_name(left), _name(right)) for left, right in sides(x))
+    return next((pair for pair in pairs if all(pair)), None)
 
 
 def _name(x: Any) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from ..._declare.annotations import Limits
 from .._errors import ModelicaError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.flat import FlatVariable, equality
 from .known import is_external, shaped
 from .leaves import ModelLeaf, Role, kind_of, known_unit
 from .scope import NotKnown, located
@@ -59,8 +59,7 @@ class ModelLeaves:
 
     def _equate(self, variable: FlatVariable, left: Any, right: Any, origin: str) -> None:
         component = variable.name.rpartition(".")[0] if origin == "binding" else ""
-        sides = e.Binary("Sub", left, right)
-        self._model.equations.append(FlatEquation(sides, component, origin, variable.source))
+        self._model.equations.append(equality(left, right, origin, component, variable.source))
 
     # Parameters
 

@@ -12,7 +12,7 @@ import jax.numpy as jnp
 from ..._declare.history import ROW
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, FlatEquation, SourcePlace
+from .._syntax.flat import Algorithm, FlatEquation, SourcePlace, equality
 from .._syntax.visits import mapped
 from .leaves import ModelLeaf
 from .scope import NotKnown
@@ -45,8 +45,7 @@ class _NewVariables:
         return name
 
     def equate(self, left: Any, right: Any, origin: str, at: tuple[str, SourcePlace | None] = ("", None)) -> None:
-        component, place = at
-        self.equations.append(FlatEquation(e.Binary("Sub", left, right), component, origin, place))
+        self.equations.append(equality(left, right, origin, *at))
 
 
 # Derivatives of derivatives: in der(der(x)), the inner derivative is a variable.

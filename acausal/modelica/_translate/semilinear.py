@@ -22,7 +22,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.flat import FlatEquation, FlatVariable, sides
 
 _SIGNS = {"Add": 1, "AddElem": 1, "Plus": 1, "Sub": -1, "SubElem": -1, "Minus": -1}
 ZERO = e.Const(0)
@@ -102,9 +102,7 @@ def terms_of(x: Any) -> list[tuple[Any, int]] | None:
 
 def semilinear(residual: Any) -> tuple[Any, Any, Any, Any] | None:
     """y, x, first and second of an equation y = semiLinear(x, first, second)."""
-    if not isinstance(residual, e.Binary) or residual.op != "Sub":
-        return None
-    for y, call in ((residual.left, residual.right), (residual.right, residual.left)):
+    for y, call in sides(residual):
         if isinstance(call, e.Builtin) and call.name == "SemiLinear":
             x, first, second = call.args
             return y, x, first, second

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._errors import ModelicaError
 from .._syntax import expressions as e
-from .._syntax.flat import FlatEquation, FlatVariable
+from .._syntax.flat import FlatEquation, FlatVariable, equality, sides
 from .known import shaped
 from .leaves import ModelLeaf
 from .scope import NotKnown
@@ -42,8 +42,8 @@ class StartValues:
             if is_fixed:
                 place = tuple(e.Const(i + 1) for i in index)
                 value = e.Subscript(variable.start, place) if is_array else variable.start
-                sides = e.Binary("Sub", e.Ref(variable.name, place), value)
-                self._model.lowered.initial_equations.append(FlatEquation(sides, "", "start", variable.source))
+                equation = equality(e.Ref(variable.name, place), value, "start", place=variable.source)
+                self._model.lowered.initial_equations.append(equation)
 
     def _set(self, leaf: ModelLeaf, value: Value) -> None:
         variable = leaf.variable
@@ -81,8 +81,8 @@ class StartValues:
                 f"{variable.source}: the start value of the discrete variable {variable.name} reads a parameter that "
                 f"initial equations determine. Remedy: state pre({variable.name}) by an initial equation."
             )
-        sides = e.Binary("Sub", e.Ref(variable.name), variable.start)
-        self._model.lowered.initial_equations.append(FlatEquation(sides, "", "start", variable.source))
+        equation = equality(e.Ref(variable.name), variable.start, "start", place=variable.source)
+        self._model.lowered.initial_equations.append(equation)
 
     def state_previous(self) -> None:
         """Previous values at the start that depend on parameters follow them, too."""
@@ -92,10 +92,7 @@ class StartValues:
 
     def takes(self, equation: FlatEquation) -> bool:
         """Takes an initial equation between a variable and parameters as its start value, if it has none."""
-        x = equation.residual
-        if not isinstance(x, e.Binary) or x.op != "Sub":
-            return False
-        return self._takes(x.left, x.right) or self._takes(x.right, x.left)
+        return any(self._takes(left, right) for left, right in sides(equation.residual))
 
     def _takes(self, left: Any, right: Any) -> bool:
         leaf = self._model.leaves.get(left.name) if isinstance(left, e.Ref) and not left.subs else None

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
-from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable
+from .._syntax.flat import Algorithm, FlatEquation, FlatModelica, FlatVariable, equality, sides
 from .._syntax.visits import mapped
 from .statements import (
     Targets,
@@ -160,9 +160,7 @@ class Lowering:
         return (condition,)
 
     def _state(self, name: str, value: Any, component: str) -> None:
-        self.out.equations.append(
-            FlatEquation(e.Binary("Sub", e.Ref(name), self._sampled(value)), component, "when", None)
-        )
+        self.out.equations.append(equality(e.Ref(name), self._sampled(value), "when", component))
 
     def _when_equations(self, when: e.WhenClause) -> dict[Targets, list[tuple[str, Any]]]:
         """The variables that a when-clause sets: for each, the names of the active conditions with the values."""
@@ -253,7 +251,7 @@ class Lowering:
             right = e.If(tuple(branches), before("Pre")(targets))
             # Relations in a when-clause cause no events of their own.
             right = e.Builtin("NoEvent", (right,))
-            self.out.equations.append(FlatEquation(e.Binary("Sub", together(targets), right), "", "when", None))
+            self.out.equations.append(equality(together(targets), right, "when"))
 
     # When-clauses in algorithms
 
@@ -299,14 +297,12 @@ class Lowering:
             if statement := self._as_statement(x):
                 outputs = tuple(targets_of((statement,)))
                 self._initial_algorithm(Algorithm((statement,), outputs, equation.component, equation.place))
-            elif isinstance(x, e.Binary) and x.op == "Sub" and _previous_at_start(x) is None:
-                for left, right in ((x.left, x.right), (x.right, x.left)):
-                    name = self._held(left)
-                    if name is not None and name not in self.out.initial:
-                        self.out.initial[name] = right
-                        break
-                else:
-                    self.out.initial_equations.append(equation)
+                continue
+            for left, right in sides(x) if _previous_at_start(x) is None else ():
+                name = self._held(left)
+                if name is not None and name not in self.out.initial:
+                    self.out.initial[name] = right
+                    break
             else:
                 self.out.initial_equations.append(equation)
         for algorithm in self.flat.initial_algorithms:
@@ -369,10 +365,8 @@ class Lowering:
                 self.flat.variables[name], name=start, variability="continuous", binding=None, fixed=()
             )
             if self._held(e.Ref(name)) is None or name in self.out.initial:
-                residual = e.Binary("Sub", e.Ref(name), e.Ref(start))
-                self.out.initial_equations.append(
-                    FlatEquation(residual, algorithm.component, "component", algorithm.place)
-                )
+                at = algorithm.component, algorithm.place
+                self.out.initial_equations.append(equality(e.Ref(name), e.Ref(start), "component", *at))
             else:
                 self.out.initial[name] = e.Ref(start)
         body = tuple(_renamed(s, names) for s in without_assertions(algorithm.body))
@@ -386,9 +380,7 @@ def _renamed(x: Any, names: dict[str, str]) -> Any:
 
 def _previous_at_start(x: Any) -> tuple[e.Ref, Any] | None:
     """The variable x and the value of an initial equation pre(x) = value. None for other equations."""
-    if not isinstance(x, e.Binary) or x.op != "Sub":
-        return None
-    for left, value in ((x.left, x.right), (x.right, x.left)):
+    for left, value in sides(x):
         if isinstance(left, e.Builtin) and left.name == "Pre" and not isinstance(value, e.Const):
             ref = left.args[0]
             if isinstance(ref, e.Ref) and all(isinstance(sub, e.Const) for sub in ref.subs):
