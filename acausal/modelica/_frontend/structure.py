@@ -12,7 +12,7 @@ from .._syntax.flat import SourcePlace
 from .._translate.evaluate import evaluate
 from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
-from .._translate.values import Value, by_field, plain, shape_of
+from .._translate.values import ZEROS, Value, by_field, plain, shape_of
 from . import tree as t
 from .calls import in_order
 from .classes import ClassElement, ComponentElement, Instance, Top, inner_element
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from .overconstrained import Graph
     from .streams import Streams
 
-ZEROS: Mapping[str, Value] = {"Real": 0.0, "Integer": 0, "enumeration": 0, "Boolean": False, "String": ""}
+_ZEROS: Mapping[str, Value] = {**ZEROS, "enumeration": 0}
 _Fields: TypeAlias = Mapping[Instance, Mapping[str, Typed]]
 _SMALL = 16  # elements of constant arrays that are written where they are used
 
@@ -455,7 +455,7 @@ class Context:
     def _zero(self, field: ComponentElement, names: Mapping[str, Typed], around: _Fields) -> Typed | None:
         """The value of a field of a record in a function before it gets one; None if its size is not known."""
         kind = field.value_type
-        value = constant(ZEROS[kind.name])._replace(type=kind) if kind.name in ZEROS else None
+        value = constant(_ZEROS[kind.name])._replace(type=kind) if kind.name in _ZEROS else None
         if kind.name == "record":
             value = self.record_of(field, names, around, is_open=True)
         sizes = field.stated_sizes()

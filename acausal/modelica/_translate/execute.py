@@ -49,7 +49,7 @@ def _without(body: e.Body, flag: str) -> e.Body:
     return body
 
 
-Status = Literal["on", "return"]  # no `break`: see breaks.py
+Status = Literal["on", "return"]  # no `break`, which `guarded` replaces
 Names = dict[str, Value]
 
 
@@ -63,19 +63,20 @@ def execute(body: Sequence[e.Statement], names: Names, at: Scope, *, is_whole: b
                 status = _if(statement, body[position + 1 :], names, at, is_whole)
                 if status is not None:
                     return status
-            case e.For() | e.While() if may_break(statement.body):
-                status = _breakable(statement, names, at)
-                if status == "return":
-                    return status
-            case e.For() if _leaves(statement.body) and not _leaves(statement.body, e.BreakStatement):
+            case e.For() if (
+                not may_break(statement.body)
+                and _leaves(statement.body)
+                and not _leaves(statement.body, e.BreakStatement)
+            ):
                 turns = _unrolled(statement, names, at)
                 return execute((*turns, *body[position + 1 :]), names, at, is_whole=is_whole)
-            case e.For():
-                status = _for(statement.indices, statement.body, names, at)
-                if status == "return":
-                    return status
-            case e.While():
-                status = _while(statement, names, at)
+            case e.For() | e.While():
+                if may_break(statement.body):
+                    status = _breakable(statement, names, at)
+                elif isinstance(statement, e.For):
+                    status = _for(statement.indices, statement.body, names, at)
+                else:
+                    status = _while(statement, names, at)
                 if status == "return":
                     return status
             case e.Return():

@@ -18,10 +18,9 @@ from .evaluate import evaluate
 from .execute import execute
 from .external import BY_NAME, EXTERNAL
 from .scope import NotKnown, Scope
-from .values import Value, by_field, is_known, plain, shape_of, stacked
+from .values import ZEROS, Value, by_field, is_known, plain, shape_of, stacked
 
 _LARGE = 30  # nodes of a body from which on it is worth a program of its own
-_ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,7 +99,7 @@ class Library:
     def _initial(self, formal: Formal, at: Scope) -> Value:
         if formal.default is not None:
             return evaluate(formal.default, at)
-        zero = _ZEROS.get(formal.type)
+        zero = ZEROS.get(formal.type)
         if zero is None:
             zero = self._empty_record(formal.type)
         try:

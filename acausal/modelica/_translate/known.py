@@ -14,10 +14,7 @@ from .evaluate import SharedCalls
 from .functions import Library
 from .paths import PathTree, nested, split, tree_of
 from .scope import NotKnown, Scope
-from .values import Value, plain, stacked
-
-ZEROS: dict[str, Value] = {"Real": 0.0, "Boolean": False, "String": ""}
-_NUMBERS = ("Real", "Integer", "Boolean", "String")
+from .values import ZEROS, Value, plain, stacked
 
 
 class KnownValues(Mapping[str, Value]):
@@ -134,7 +131,7 @@ class KnownValues(Mapping[str, Value]):
         return self._found[name]
 
     def _zero(self, variable: FlatVariable) -> Value:
-        zero = ZEROS.get(variable.type, 0 if variable.type == "Integer" else 1)
+        zero = ZEROS.get(variable.type, 1)
         return np.full(variable.dims, zero) if variable.dims else zero
 
     def __contains__(self, name: object) -> bool:
@@ -191,7 +188,7 @@ def shaped(value: Value, variable: FlatVariable) -> Value:
 def is_external(variable: FlatVariable, flat: FlatModelica) -> bool:
     """Whether a variable is an external object, such as a table: its binding calls the constructor of its class."""
     call = variable.binding
-    if variable.type in _NUMBERS or not isinstance(call, e.FunctionCall):
+    if variable.type in ZEROS or not isinstance(call, e.FunctionCall):
         return False
     function = flat.functions.get(call.name)
     has_name = call.name.rpartition(".")[2] == variable.type.rpartition(".")[2]

@@ -14,6 +14,7 @@ import numpy as np
 from ..._errors import ModelError
 
 Value: TypeAlias = Any
+ZEROS: dict[str, Value] = {"Real": 0.0, "Integer": 0, "Boolean": False, "String": ""}  # by type
 
 
 class UnknownText(str):
