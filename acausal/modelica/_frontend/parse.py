@@ -5,7 +5,6 @@ import re
 from . import tree as t
 from .lexical import Tokens, string_value, tokens
 from .parse_clauses import ClauseParser
-from .parse_expressions import ExpressionParser
 from .source import Source
 
 _KINDS = frozenset("class model block connector record type package function operator".split())
@@ -22,14 +21,6 @@ _HAS_KEPT = re.compile(rf"\b(?:{'|'.join(KEPT)})\b")
 def parse(source: Source) -> t.File:
     """The classes of a text. Raises `TextError`."""
     return _ClassParser(source, tokens(source)).file()
-
-
-def parse_expression(source: Source) -> t.Expression:
-    """The expression that is a whole text. Raises `TextError`."""
-    parser = ExpressionParser(source, tokens(source))
-    found = parser.expression()
-    parser.expect("eof")
-    return found
 
 
 def parse_modification(source: Source) -> t.Modification:

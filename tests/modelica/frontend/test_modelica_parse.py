@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from acausal.modelica._frontend import tree as t
-from acausal.modelica._frontend.parse import parse, parse_expression, parse_modification
+from acausal.modelica._frontend.parse import parse, parse_modification
 from acausal.modelica._frontend.source import Source, TextError
 
 
@@ -64,7 +64,10 @@ def iterator(x: t.Iterator) -> str:
 
 
 def expression(text: str) -> t.Expression:
-    return parse_expression(Source("<test>", text))
+    (argument,) = parse_modification(Source("<test>", f"(x = {text})")).arguments
+    assert isinstance(argument, t.ElementModification)
+    assert argument.modification.value is not None
+    return argument.modification.value
 
 
 def only_class(text: str) -> t.Class:
