@@ -72,13 +72,14 @@ def call_of(here: "Expressions", element: ClassElement, x: t.Call) -> Typed:
     return _function(here, instance, x)
 
 
-def _function(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
+def _function(here: "Expressions", instance: Instance, x: t.Call, *, is_exact: bool = False) -> Typed:
+    """The call of a function. `is_exact`: records are not constructed from arguments of other types."""
     builtin = _builtin_name(instance)
     if builtin is not None:
         values = (*x.args, *(value for _, value in x.named))
         return builtins.call(here, builtin, t.Call(x.function, values, (), at=x.at))
     inputs = instance.inputs()
-    given = _matched(here, instance.name, inputs, x)
+    given = _matched(here, instance.name, inputs, x, is_exact=is_exact)
     functions = {name: arg for name, arg in given.items() if arg.type.name == "function"}
     bound = [item for arg in functions.values() for item in arg.results]
     ordered = _in_order(here, instance, inputs, given)
@@ -148,7 +149,9 @@ def _enumeration(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
     return value._replace(type=Type("enumeration", instance.origin()))
 
 
-def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement], x: t.Call) -> dict[str, Typed]:
+def _matched(
+    here: "Expressions", name: str, inputs: Sequence[ComponentElement], x: t.Call, *, is_exact: bool = False
+) -> dict[str, Typed]:
     """The arguments by the names of the inputs."""
     formals = {one.name: one for one in inputs}
     if len(x.args) > len(formals):
@@ -160,7 +163,7 @@ def _matched(here: "Expressions", name: str, inputs: Sequence[ComponentElement],
             raise here.error(text.at, f"{name} has no input {key}.{suggestion(key, list(formals))}")
         if key in given:
             raise here.error(text.at, f"the input {key} of {name} gets two arguments.")
-        given[key] = _argument(here, name, formals[key], text)
+        given[key] = _argument(here, name, formals[key], text, is_exact=is_exact)
     for key, formal in formals.items():
         if key not in given and not formal.binding and not _has_fields(formal):
             raise here.error(x.at, f"the input {key} of {name} gets no argument.")
@@ -174,12 +177,14 @@ def _has_fields(formal: ComponentElement) -> bool:
     )
 
 
-def _argument(here: "Expressions", name: str, formal: ComponentElement, text: t.Expression) -> Typed:
+def _argument(
+    here: "Expressions", name: str, formal: ComponentElement, text: t.Expression, *, is_exact: bool = False
+) -> Typed:
     kind = formal.value_type
     if kind.name == "function":
         return _function_argument(here, text)
     value = here.single(text)
-    found = as_type(here, kind, value)
+    found = as_type(here, kind, value) if not is_exact or accepts(kind, value.type) else None
     if found is None:
         raise here.error(text.at, f"the input {formal.name} of {name} is of type {kind}, not {value.type}.")
     dims = here.context.formal_sizes(formal)
@@ -364,12 +369,17 @@ def _overloaded(here: "Expressions", instance: Instance, x: t.Call) -> Typed:
 
 def fitting(here: "Expressions", functions: Sequence[Instance], what: str, x: t.Call) -> Typed:
     """The call of the one function that fits the arguments."""
+    found: list[Typed] = []
     errors: list[TextError] = []
     for function in functions:
         try:
-            return _function(here, function, x)
+            found.append(_function(here, function, x, is_exact=True))
         except TextError as error:
             errors.append(error)
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise here.error(x.at, f"more than one {what} fits these arguments.")
     if len(errors) == 1:
         raise errors[0]
     raise here.error(x.at, f"no {what} fits these arguments.")

@@ -946,7 +946,8 @@ class Top:
             *(n for a in around for n in a.elements),
         }
         if not further:
-            return source.error(at, f"{message}.{suggestion(first, sorted(known - {first}))}")
+            # A name that is known around an encapsulated class cannot be used in it.
+            return source.error(at, f"{message}.{'' if first in known else suggestion(first, sorted(known))}")
         uses = self.libraries.uses(first, [one.definition for one in around])
         name = ".".join(one.name for one in reversed(around))
         needed = f"{name} needs the library {uses}. Give" if uses else f"If {first} is a library, give"

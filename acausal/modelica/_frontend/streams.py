@@ -87,11 +87,13 @@ class Streams:
         holder = component.holder
         while True:
             flows = [one for one in holder.components() if one.prefix("connection") == "flow"]
-            if len(flows) == 1:
+            if len(flows) == 1 and not self._context.sizes(flows[0]):
                 self._context.register(flows[0])
                 return e.Ref(flows[0].path)
-            if holder.component is None or len(flows) > 1:
-                raise component.error(f"the connector of the stream {component.name} must have one flow variable.")
+            if holder.component is None or flows:
+                raise component.error(
+                    f"the connector of the stream {component.name} must have one flow variable, a scalar."
+                )
             holder = holder.component.holder
 
 

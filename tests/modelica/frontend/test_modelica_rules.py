@@ -281,3 +281,29 @@ def test_a_sum_of_arrays_is_an_array() -> None:
 def test_an_array_has_a_unit_if_its_elements_have_the_same() -> None:
     found = flat('model M Real x[2](unit = {"m", "rad"}), y[2](unit = {"m", "m"}), z[2](each unit = "(kg/s)"); end M;')
     assert {v.name: v.unit for v in found.variables.values()} == {"x": None, "y": "m", "z": "kg/s"}
+
+
+OVERLOADED = """
+    operator record A Real x; encapsulated operator 'constructor' import A; import B;
+        function from_record input B b; output A a(x = b.y); end from_record;
+        function from_number input Real k; output A a(x = 10 * k); end from_number; {} end 'constructor'; end A;
+    operator record B Real y; encapsulated operator 'constructor' import B;
+        function from_number input Real k; output B b(y = k); end from_number; end 'constructor'; end B;
+    model M constant A a = A(2); end M;"""
+
+
+def test_the_constructor_whose_inputs_have_the_types_of_the_arguments_is_called() -> None:
+    assert variables(OVERLOADED.replace("{}", "")) == {"a.x": "(10 * 2)"}
+
+
+def test_two_constructors_that_fit_are_refused() -> None:
+    second = "function second input Real k; output A a(x = k); end second;"
+    with pytest.raises(ModelicaError, match="more than one constructor of A fits"):
+        flat(OVERLOADED.replace("{}", second))
+
+
+def test_the_flow_of_a_stream_is_a_scalar() -> None:
+    text = """connector P Real p; flow Real m[2]; stream Real h; end P; model A P a; equation a.h = 1; end A;
+        model M A x, y, z; Real t = inStream(x.a.h); equation connect(x.a, y.a); connect(x.a, z.a); end M;"""
+    with pytest.raises(ModelicaError, match="must have one flow variable, a scalar"):
+        flat(text)
