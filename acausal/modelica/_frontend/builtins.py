@@ -231,7 +231,7 @@ def _size(here: "Expressions", x: t.Call, given: Sequence[t.Expression]) -> Type
     if len(given) == 1:
         if None not in base.dims:
             items = tuple(e.Const(size) for size in base.dims if size is not None)
-            return Typed(e.ArrayOf(items, "array"), INTEGER, (rank,), CONSTANT)
+            return Typed(e.ArrayOf(items), INTEGER, (rank,), CONSTANT)
         return Typed(e.Builtin("Size", (base.x,)), INTEGER, (rank,))
     axis = here.single(given[1])
     if axis.type != INTEGER or axis.dims:
@@ -377,18 +377,35 @@ def _promoted(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 def _cat(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     axis = int(here.known(x.args[0], "the dimension of `cat`")) - 1
     parts = args[1:]
-    dims = parts[0].dims
     if not 0 <= axis < min(len(part.dims) for part in parts):
-        raise here.error(x.at, f"`cat` cannot join arrays of {len(dims)} dimensions along dimension {axis + 1}.")
+        raise here.error(
+            x.at, f"`cat` cannot join arrays of {len(parts[0].dims)} dimensions along dimension {axis + 1}."
+        )
+    return concatenated(here, "arrays of `cat`", parts, axis, x.at)
+
+
+def concatenated(here: "Expressions", what: str, parts: Args, axis: int, at: int) -> Typed:
+    """Arrays joined along an axis, counted from 0. Those that are written out give one that is, too."""
     across = [part._replace(dims=(*part.dims[:axis], *part.dims[axis + 1 :])) for part in parts]
-    kind, rest = here.unified("arrays of `cat`", [(part, x.at) for part in across])
+    kind, rest = here.unified(what, [(part, at) for part in across])
     along = [part.dims[axis] for part in parts]
     total = None if None in along else sum(n or 0 for n in along)
     whole = (*rest[:axis], total, *rest[axis:])
-    if axis == 0 and all(isinstance(part.x, e.ArrayOf) and part.x.kind == "array" for part in parts):
-        items = tuple(item for part in parts if isinstance(part.x, e.ArrayOf) for item in part.x.elements)
-        return Typed(e.ArrayOf(items, "array"), kind, whole, max(part.variability for part in parts))
-    return _made(name, [constant(axis + 1), *parts], kind, whole)
+    x = parts[0].x if len(parts) == 1 else _joined([part.x for part in parts], axis)
+    found = _made("cat", [constant(axis + 1), *parts], kind, whole)
+    return found if x is None else found._replace(x=x)
+
+
+def _joined(parts: Sequence[e.Expression], axis: int) -> e.Expression | None:
+    """Arrays joined along an axis; None unless they are written out."""
+    rows = [x.elements for x in parts if isinstance(x, e.ArrayOf)]
+    if len(rows) < len(parts):
+        return None
+    if axis == 0:
+        return e.ArrayOf(tuple(item for row in rows for item in row))
+    items = [_joined(each, axis - 1) for each in zip(*rows, strict=True)]
+    joined = tuple(item for item in items if item is not None)
+    return e.ArrayOf(joined) if len(joined) == len(items) else None
 
 
 def _derivative(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
@@ -410,8 +427,8 @@ def _each(arg: Typed, change: Callable[[e.Expression], e.Expression], kind: Type
     """An operator of variables, for each element of an array that is written out."""
 
     def of(x: e.Expression) -> e.Expression:
-        if isinstance(x, e.ArrayOf) and x.kind == "array":
-            return e.ArrayOf(tuple(of(item) for item in x.elements), "array")
+        if isinstance(x, e.ArrayOf):
+            return e.ArrayOf(tuple(of(item) for item in x.elements))
         return change(x)
 
     return Typed(of(arg.x), kind, arg.dims, variability)
@@ -664,7 +681,7 @@ def _comprehension(here: "Expressions", x: t.Reduction) -> Typed:
     if values is not None and not (is_function and len(values) > 20):
         if not values:
             kind, _ = of({last.name: Typed(e.Ref(last.name), whole.type, (), CONSTANT)})
-            return Typed(e.ArrayOf((), "array"), kind.type, (0, *kind.dims), CONSTANT)
+            return Typed(e.ArrayOf(()), kind.type, (0, *kind.dims), CONSTANT)
         return here.array([of({last.name: value}) for value in values])
     made, _ = of({last.name: Typed(e.Ref(last.name), whole.type, (), whole.variability)})
     return Typed(

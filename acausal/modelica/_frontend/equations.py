@@ -335,7 +335,7 @@ def _is_written(x: e.Expression) -> bool:
             return True
         case e.FunctionCall(_, _, True):
             return True
-        case e.ArrayOf(elements, "array"):
+        case e.ArrayOf(elements):
             return all(map(_is_written, elements))
     return False
 

@@ -223,7 +223,7 @@ class Expressions:
             return value
         if value.dims:
             items = tuple(e.Const(int(i)) for i in number)
-            return value._replace(x=e.ArrayOf(items, "array"), dims=(len(items),))
+            return value._replace(x=e.ArrayOf(items), dims=(len(items),))
         self.context.select(value.x)
         return value._replace(x=e.Const(bool(number) if value.type == BOOLEAN else int(number)))
 
@@ -296,14 +296,14 @@ class Expressions:
 
     def _array(self, x: t.Array) -> Typed:
         if not x.elements:
-            return Typed(e.ArrayOf((), "array"), ANY, (0,), CONSTANT)
+            return Typed(e.ArrayOf(()), ANY, (0,), CONSTANT)
         return self.array([(self.single(item), item.at) for item in x.elements])
 
     def array(self, items: Sequence[tuple[Typed, int]]) -> Typed:
         """An array constructor of elements of one type and size."""
         kind, dims = self.unified("elements", items)
         variability = max(item.variability for item, _ in items)
-        return Typed(e.ArrayOf(tuple(item.x for item, _ in items), "array"), kind, (len(items), *dims), variability)
+        return Typed(e.ArrayOf(tuple(item.x for item, _ in items)), kind, (len(items), *dims), variability)
 
     def unified(self, what: str, items: Sequence[tuple[Typed, int]]) -> tuple[Type, Dims]:
         """The type and size of values that must have the same. Branches of a function may differ in size."""
@@ -334,7 +334,7 @@ class Expressions:
         for row, at in rows[1:]:
             if not same_dims((width,), row.dims[1:2]):
                 raise self.error(at, f"the rows of the matrix have different sizes: {width} and {row.dims[1]}.")
-        return rows[0][0] if len(rows) == 1 else self._concatenated([row for row, _ in rows], 0, x.at)
+        return builtins.concatenated(self, "elements of the matrix", [row for row, _ in rows], 0, x.at)
 
     def _row(self, row: Sequence[t.Expression]) -> tuple[Typed, int]:
         parts = []
@@ -344,35 +344,16 @@ class Expressions:
                 raise self.error(item.at, "a matrix has elements of two dimensions at most.")
             x = value.x
             if not value.dims:
-                x = e.ArrayOf((e.ArrayOf((x,), "array"),), "array")
-            elif len(value.dims) == 1 and isinstance(x, e.ArrayOf) and x.kind == "array":
-                x = e.ArrayOf(tuple(e.ArrayOf((one,), "array") for one in x.elements), "array")
+                x = e.ArrayOf((e.ArrayOf((x,)),))
+            elif len(value.dims) == 1 and isinstance(x, e.ArrayOf):
+                x = e.ArrayOf(tuple(e.ArrayOf((one,)) for one in x.elements))
+            elif len(value.dims) == 1:
+                x = e.Builtin("Matrix", (x,))
             parts.append(value._replace(x=x, dims=(*value.dims, *[1] * (2 - len(value.dims)))))
         heights = {part.dims[0] for part in parts} - {None}
         if len(heights) > 1:
             raise self.error(row[0].at, f"the elements of a row have different heights: {sorted(map(str, heights))}.")
-        return self._concatenated(parts, 1, row[0].at, is_row=True), row[0].at
-
-    def _concatenated(self, parts: Sequence[Typed], axis: int, at: int, *, is_row: bool = False) -> Typed:
-        kind, _ = self.unified("elements of the matrix", [(part._replace(dims=()), at) for part in parts])
-        sizes = [part.dims[axis] for part in parts]
-        total = None if None in sizes else sum(size for size in sizes if size is not None)
-        other = next((part.dims[1 - axis] for part in parts if part.dims[1 - axis] is not None), None)
-        dims = (other, total) if axis else (total, other)
-        variability = max(part.variability for part in parts)
-        rows = [_literal_rows(part) for part in parts]
-        if all(one is not None for one in rows):
-            # Elements that are written out: a matrix as an array of rows.
-            whole: list[tuple[e.Expression, ...]] = []
-            if axis:
-                for row in zip(*[one or [] for one in rows], strict=True):
-                    whole.append(tuple(item for part in row for item in part))
-            else:
-                whole = [row for one in rows for row in one or []]
-            x: e.Expression = e.ArrayOf(tuple(e.ArrayOf(row, "array") for row in whole), "array")
-        else:
-            x = e.ArrayOf(tuple(part.x for part in parts), "row" if is_row else "column")
-        return Typed(x, kind, dims, variability)
+        return builtins.concatenated(self, "elements of the matrix", parts, 1, row[0].at), row[0].at
 
     def _range(self, x: t.Range) -> Typed:
         start, stop = self.single(x.start), self.single(x.stop)
@@ -412,7 +393,7 @@ class Expressions:
     def _truths(self, start: Typed, stop: Typed, variability: int) -> Typed:
         first, last = bool(self.context.value(start.x)), bool(self.context.value(stop.x))
         items = tuple(e.Const(value) for value in (False, True) if first <= value <= last)
-        return Typed(e.ArrayOf(items, "array"), BOOLEAN, (len(items),), variability)
+        return Typed(e.ArrayOf(items), BOOLEAN, (len(items),), variability)
 
     def _tuple(self, x: t.Tuple) -> Typed:
         parts = [None if item is None else self.single(item) for item in x.elements]
@@ -495,7 +476,7 @@ class Expressions:
             return None
         if found.instance.builtin == "Boolean":
             items = [constant(False), constant(True)]
-            return Typed(e.ArrayOf((e.Const(False), e.Const(True)), "array"), BOOLEAN, (2,), CONSTANT), items
+            return Typed(e.ArrayOf((e.Const(False), e.Const(True))), BOOLEAN, (2,), CONSTANT), items
         literals = found.instance.literals
         if literals is None:
             raise self.error(ref.at, f"{ref} is no enumeration, and no range.")
@@ -542,14 +523,6 @@ def _indexed_by(uses: Any, name: str) -> Iterator[tuple[t.Reference, int, int]]:
 
 def _is_actual_stream(x: t.Expression) -> bool:
     return isinstance(x, t.Call) and x.function.names == ("actualStream",)
-
-
-def _literal_rows(part: Typed) -> list[tuple[e.Expression, ...]] | None:
-    """The rows of a matrix that is written out."""
-    match part.x:
-        case e.ArrayOf(rows, "array") if all(isinstance(row, e.ArrayOf) and row.kind == "array" for row in rows):
-            return [row.elements for row in rows if isinstance(row, e.ArrayOf)]
-    return None
 
 
 _BY_CLASS: dict[type, Callable[[Expressions, Any], Typed]] = {

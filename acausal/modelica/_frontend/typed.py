@@ -111,10 +111,10 @@ def nested(elements: Sequence[e.Expression], dims: Dims | list[int]) -> e.Expres
     if not dims:
         return elements[0]
     if len(dims) == 1:
-        return e.ArrayOf(tuple(elements), "array")
+        return e.ArrayOf(tuple(elements))
     rows = dims[0] or 0
     count = len(elements) // rows if rows else 0
-    return e.ArrayOf(tuple(nested(elements[i * count : (i + 1) * count], dims[1:]) for i in range(rows)), "array")
+    return e.ArrayOf(tuple(nested(elements[i * count : (i + 1) * count], dims[1:]) for i in range(rows)))
 
 
 def written_out(dims: Dims, make: Callable[[list[e.Const]], e.Expression]) -> e.Expression:
@@ -128,7 +128,7 @@ def element(x: e.Expression, index: Sequence[e.Expression]) -> e.Expression:
         return x
     first = index[0]
     match x:
-        case e.ArrayOf(elements, "array") if isinstance(first, e.Const) and 1 <= int(first.value) <= len(elements):
+        case e.ArrayOf(elements) if isinstance(first, e.Const) and 1 <= int(first.value) <= len(elements):
             return element(elements[int(first.value) - 1], index[1:])
         case e.Ref(name, subs):
             changed = _indexed(subs, index)
@@ -174,8 +174,8 @@ def field(x: e.Expression, name: str, names: Sequence[str]) -> e.Expression:
             return e.Ref(f"{path}.{name}")
         case e.FunctionCall(_, args, True) if name in names and len(args) == len(names):
             return args[list(names).index(name)]
-        case e.ArrayOf(elements, "array"):
-            return e.ArrayOf(tuple(field(item, name, names) for item in elements), "array")
+        case e.ArrayOf(elements):
+            return e.ArrayOf(tuple(field(item, name, names) for item in elements))
         case e.If(branches, otherwise):
             return e.If(tuple((c, field(v, name, names)) for c, v in branches), field(otherwise, name, names))
         case e.Subscript(e.ArrayOf() as base, subs):

@@ -64,10 +64,9 @@ class If:
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class ArrayOf:
-    """An array constructor `{a, b}`, or the concatenation of a matrix: `[a, b]` by "row", `[a; b]` by "column"."""
+    """An array constructor `{a, b}`."""
 
     elements: "tuple[Expression, ...]"
-    kind: str
 
 
 @dataclasses.dataclass(frozen=True, slots=True)

@@ -141,11 +141,7 @@ def is_supported(name: str) -> bool:
 
 def _array(x: e.ArrayOf, at: Scope) -> Value:
     values = [_first(item, at) for item in x.elements]
-    if x.kind == "array":
-        return stacked([number(v) if any(not is_known(w) for w in values) else v for v in values])
-    xp = np if all(is_known(value) for value in values) else jnp
-    matrices = [xp.reshape(value, np.shape(value) + (1,) * (2 - np.ndim(value))) for value in values]
-    return xp.concatenate(matrices, axis=1 if x.kind == "row" else 0)
+    return stacked([number(v) if any(not is_known(w) for w in values) else v for v in values])
 
 
 def _comprehension(x: e.Comprehension, at: Scope) -> Value:

@@ -111,7 +111,7 @@ class _Resolution:
         if not branch.members:
             raise ModelError(f"the name {name} is unknown.")
         members = {index: self._whole(inner, name) for index, inner in branch.members.items()}
-        return nested(members, lambda items: e.ArrayOf(tuple(items), "array"))
+        return nested(members, lambda items: e.ArrayOf(tuple(items)))
 
     def _if(self, x: e.If) -> Any:
         branches = []
@@ -151,7 +151,7 @@ class _Resolution:
 
     def _pre(self, x: Any) -> Any:
         if isinstance(x, e.ArrayOf):
-            return e.ArrayOf(tuple(self._pre(item) for item in x.elements), x.kind)
+            return e.ArrayOf(tuple(self._pre(item) for item in x.elements))
         if isinstance(x, e.Ref) and x.name in self.local and x.name in self.model.leaves:
             x = e.Ref(x.name, x.subs)  # an output of an algorithm: its value before
             found = self._named(x.name)
@@ -171,7 +171,7 @@ class _Resolution:
             case e.Subscript():
                 return e.Subscript(self._previous(found.base), found.subs)
             case e.ArrayOf():
-                return e.ArrayOf(tuple(self._previous(item) for item in found.elements), found.kind)
+                return e.ArrayOf(tuple(self._previous(item) for item in found.elements))
             case RecordOf():
                 return RecordOf(tuple((name, self._previous(item)) for name, item in found.fields))
             case e.Const() | Opaque():

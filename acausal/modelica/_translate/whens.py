@@ -219,9 +219,9 @@ class Lowering:
                 old = e.Ref(state, tuple(map(e.Const, index)))
                 items.append(e.If(tuple(branches), old) if branches else old)
             for size in reversed(dims[1:]):
-                items = [e.ArrayOf(tuple(items[i : i + size]), "array") for i in range(0, len(items), size)]
+                items = [e.ArrayOf(tuple(items[i : i + size])) for i in range(0, len(items), size)]
             for active in dict.fromkeys(active for active, _ in resets):
-                self.out.resets.append(Reset(active, state, e.ArrayOf(tuple(items), "array")))
+                self.out.resets.append(Reset(active, state, e.ArrayOf(tuple(items))))
 
     def _effects(self, call: e.FunctionCall, active: str) -> None:
         """A call whose results nobody takes: the assertions of its function must hold. External ones only print."""

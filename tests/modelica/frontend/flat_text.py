@@ -33,8 +33,8 @@ def text(x: Any) -> str:
             return f"{name}({', '.join(map(text, args))})"
         case e.If(branches, otherwise):
             return " else".join(f"if {text(c)} then {text(v)}" for c, v in branches) + f" else {text(otherwise)}"
-        case e.ArrayOf(elements, kind):
-            return ("" if kind == "array" else kind) + "{" + ", ".join(map(text, elements)) + "}"
+        case e.ArrayOf(elements):
+            return "{" + ", ".join(map(text, elements)) + "}"
         case e.Comprehension(body, indices):
             return f"{{{text(body)} for {', '.join(f'{name} in {text(over)}' for name, over in indices)}}}"
         case e.RangeOf(start, step, stop):
