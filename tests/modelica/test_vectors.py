@@ -143,3 +143,20 @@ def test_a_power_by_elements_of_a_square_matrix_is_no_product() -> None:
     for name, value in expected.items():
         found = solution[name]
         assert np.allclose(found[-1] if np.ndim(found) > 2 else found, value), name
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("[v, 2 * v, [3 * v]]", [[1.0, 2.0, 3.0], [2.0, 4.0, 6.0]]),
+        ("[v; v; 7]", [[1.0], [2.0], [1.0], [2.0], [7.0]]),
+        ("[[v, v]; transpose([{4, 5}])]", [[1.0, 1.0], [2.0, 2.0], [4.0, 5.0]]),
+        ("cat(2, [v, v], [v])", [[1.0, 1.0, 1.0], [2.0, 2.0, 2.0]]),
+    ],
+)
+def test_matrices_of_vectors_whose_size_depends_on_the_call(value: str, expected: list[list[float]]) -> None:
+    text = f"""
+    function f input Real v[:]; output Real a[:, :] = {value}; algorithm end f;
+    model M Real x[{len(expected)}, {len(expected[0])}] = f({{time, 2 * time}}); end M;
+    """
+    assert np.allclose(simulate(load(text, "M"), 1.0)["x"][-1], expected)
