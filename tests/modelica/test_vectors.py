@@ -160,3 +160,10 @@ def test_matrices_of_vectors_whose_size_depends_on_the_call(value: str, expected
     model M Real x[{len(expected)}, {len(expected[0])}] = f({{time, 2 * time}}); end M;
     """
     assert np.allclose(simulate(load(text, "M"), 1.0)["x"][-1], expected)
+
+
+def test_an_equation_of_matrices_determines_vectors_of_truths() -> None:
+    text = "model M Boolean b[2], c[2] = {time > 0.5, time < 0.5}; Integer n = if b[1] then 1 else 2; "
+    solution = simulate(load(text + "equation [b] = [c]; end M;", "M"), 1.0, save=np.array([0.2, 0.8]))
+    assert solution["b"].tolist() == [[0, 1], [1, 0]]
+    assert solution["n"].tolist() == [2, 1]

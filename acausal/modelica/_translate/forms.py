@@ -61,6 +61,8 @@ def as_numbers(x: Any) -> Any:
             return dataclasses.replace(x, kind="real")
         case e.Subscript() | e.FieldOf():
             return dataclasses.replace(x, base=as_numbers(x.base))
+        case e.Builtin("Cat" | "Matrix", args):
+            return e.Builtin(x.name, tuple(map(as_numbers, args)))
         case e.ArrayOf() | e.TupleOf():
             return dataclasses.replace(x, elements=tuple(item and as_numbers(item) for item in x.elements))
         case RecordOf():
