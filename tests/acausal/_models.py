@@ -4,10 +4,24 @@ from typing import Self
 
 import jax.numpy as jnp
 
+from acausal import Array as Parts
 from acausal import Component, Connections, Equations, Param, Scalar, Var, connect, eq, positive, replace
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
-from components.rotational import ConstantTorque, IdealGear, Inertia
+from components.rotational import ConstantTorque, IdealGear, Inertia, Spring
 from components.translational import Fixed, Mass, SpringDamper
+
+
+class Chain(Component):
+    """Inertias joined by springs, free at both ends."""
+
+    masses: Parts[Inertia]
+    springs: Parts[Spring]
+
+    def connections(self) -> Connections:
+        return (
+            connect(self.masses[:-1].b, self.springs[:].a),
+            connect(self.masses[1:].a, self.springs[:].b),
+        )
 
 
 class RC(Component):

@@ -2,33 +2,17 @@
 
 from typing import Any
 
+from _linear_models import RLC
+
 from acausal import Component, Connections, Scalar, connect
-from components.electrical import Capacitor, ConstantVoltage, Ground, Inductor, Resistor
+from components.electrical import Capacitor, ConstantVoltage, Inductor, Resistor
 from components.rotational import ConstantTorque, Damper, Fixed, Inertia, Spring
 
 
-class Circuit(Component):
-    """A series circuit, switched on at the start."""
-
-    source: ConstantVoltage
-    r: Resistor
-    l: Inductor  # noqa: E741
-    c: Capacitor
-    ground: Ground = Ground()
-
-    def connections(self) -> Connections:
-        return (
-            connect(self.source.p, self.r.p),
-            connect(self.r.n, self.l.p),
-            connect(self.l.n, self.c.p),
-            connect(self.c.n, self.source.n, self.ground.p),
-        )
-
-
-def circuit(volt: Scalar = 1.0, ampere: Any = 1.0, R: float = 0.4, L: float = 1.0, C: float = 1.0) -> Circuit:
+def circuit(volt: Scalar = 1.0, ampere: Any = 1.0, R: float = 0.4, L: float = 1.0, C: float = 1.0) -> RLC:
     """A circuit in which all voltages and currents grow with these numbers."""
     ohm = volt / ampere
-    return Circuit(source=ConstantVoltage(V=volt), r=Resistor(R=R * ohm), l=Inductor(L=L * ohm), c=Capacitor(C=C / ohm))
+    return RLC(source=ConstantVoltage(V=volt), r=Resistor(R=R * ohm), l=Inductor(L=L * ohm), c=Capacitor(C=C / ohm))
 
 
 class Shaft(Component):

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from _models import Chain
 from scipy.linalg import expm
 
 from acausal import (
@@ -15,7 +16,6 @@ from acausal import (
 )
 from acausal import (
     Component,
-    Connections,
     Discrete,
     Equations,
     Events,
@@ -25,7 +25,6 @@ from acausal import (
     UnknownPartError,
     Var,
     Vector,
-    connect,
     eq,
     linearise,
     positive,
@@ -37,19 +36,6 @@ from acausal import (
     when,
 )
 from components.rotational import Inertia, Spring
-
-
-class Chain(Component):
-    """Inertias joined by springs, free at both ends."""
-
-    masses: Parts[Inertia]
-    springs: Parts[Spring]
-
-    def connections(self) -> Connections:
-        return (
-            connect(self.masses[:-1].b, self.springs[:].a),
-            connect(self.masses[1:].a, self.springs[:].b),
-        )
 
 
 class Chains(Component):

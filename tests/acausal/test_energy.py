@@ -6,9 +6,8 @@ from typing import Any, Self
 import jax
 import numpy as np
 import pytest
-from _models import oscillator, rc
+from _models import Chain, oscillator, rc
 
-from acausal import Array as Parts
 from acausal import (
     Component,
     Connections,
@@ -150,14 +149,6 @@ def test_damped_oscillator_loses_what_it_stored() -> None:
     sol = simulate(oscillator(m=2.0, c=50.0, d=4.0, s0=0.03), 40.0, energy=True, save="end", rtol=1e-11)
     np.testing.assert_allclose(sol.energy.dissipated["link"], 0.5 * 50.0 * 0.03**2, rtol=1e-8)
     np.testing.assert_allclose(sol.energy.stored["link"], -0.5 * 50.0 * 0.03**2, rtol=1e-8)
-
-
-class Chain(Component):
-    masses: Parts[Inertia]
-    springs: Parts[Spring]
-
-    def connections(self) -> Connections:
-        return connect(self.masses[:-1].b, self.springs[:].a), connect(self.masses[1:].a, self.springs[:].b)
 
 
 @pytest.mark.thorough

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from _models import oscillator, rectifier
+from _models import RC, Chain, oscillator, rc, rectifier
 from _reading import rates
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -129,32 +129,18 @@ def test_vector_field(name: str, numbers: list[float]) -> None:
         np.testing.assert_allclose(found[state], rate, rtol=1e-9, atol=1e-9)
 
 
-class Charger(Component):
-    source: ConstantVoltage
-    r: Resistor
-    c: Capacitor
-    ground: Ground = Ground()
-
-    def connections(self) -> Connections:
-        return (
-            connect(self.source.p, self.r.p),
-            connect(self.r.n, self.c.p),
-            connect(self.c.n, self.source.n, self.ground.p),
-        )
-
-
 class Bank(Component):
-    members: Parts[Charger]
+    members: Parts[RC]
 
 
 class Singles(Component):
-    members: tuple[Charger, ...]
+    members: tuple[RC, ...]
 
 
 @pytest.mark.thorough
 def test_array_equals_singles_equals_closed_form() -> None:
     resistances = np.linspace(50.0, 150.0, 50)
-    chargers = [Charger(source=ConstantVoltage(V=5.0), r=Resistor(R=R), c=Capacitor(C=1e-3)) for R in resistances]
+    chargers = [rc(R=R) for R in resistances]
     array = simulate(Bank(members=stack(chargers)), 0.1, save="end", rtol=1e-10)
     singles = simulate(Singles(members=tuple(chargers)), 0.1, save="end", rtol=1e-10)
     expected = 5.0 * (1.0 - np.exp(-0.1 / (resistances * 1e-3)))
@@ -162,14 +148,6 @@ def test_array_equals_singles_equals_closed_form() -> None:
     np.testing.assert_allclose(np.array([member.c.v for member in singles.final.members]), expected, rtol=1e-8)
     np.testing.assert_allclose([float(array[f"members[{i}].c.i"][-1]) for i in (0, 17, 49)],
                                [float(singles[f"members[{i}].c.i"][-1]) for i in (0, 17, 49)], rtol=1e-12)  # fmt: skip
-
-
-class Chain(Component):
-    masses: Parts[Inertia]
-    springs: Parts[Spring]
-
-    def connections(self) -> Connections:
-        return connect(self.masses[:-1].b, self.springs[:].a), connect(self.masses[1:].a, self.springs[:].b)
 
 
 def traced_equations(n: int) -> int:

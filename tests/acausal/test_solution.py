@@ -8,22 +8,18 @@ import jax.numpy as jnp
 import matplotlib as mpl
 import numpy as np
 import pytest
-from _models import rc
+from _models import Chain, rc
 
 from acausal import (
     ArgumentError,
-    Component,
-    Connections,
     ModelError,
     ParameterError,
     Solution,
     UnknownNameError,
-    connect,
     quantity,
     repeat,
     simulate,
 )
-from acausal import Array as Parts
 from components.rotational import Inertia, Spring
 
 mpl.use("Agg")
@@ -51,14 +47,6 @@ def test_dense_batch() -> None:
     sols = jax.vmap(run)(RESISTANCES)
     expected = 5.0 * (1.0 - np.exp(-0.05 / (1e-3 * np.asarray(RESISTANCES))))
     np.testing.assert_allclose(sols.at(0.05).c.v, expected, rtol=1e-7)
-
-
-class Chain(Component):
-    masses: Parts[Inertia]
-    springs: Parts[Spring]
-
-    def connections(self) -> Connections:
-        return connect(self.masses[:-1].b, self.springs[:].a), connect(self.masses[1:].a, self.springs[:].b)
 
 
 SPEEDS = np.array([1.0, -2.0, 0.5])

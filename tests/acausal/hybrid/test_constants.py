@@ -228,7 +228,7 @@ def test_each_constant_is_read() -> None:
     assert set().union(*(scaled(model)[1] for model in MODELS)) == {*CONSTANTS}
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("model", [ball, *(pytest.param(model, marks=pytest.mark.thorough) for model in MODELS[1:])])
 def test_results_do_not_depend_on_constants(model: Callable[[], Any]) -> None:
     """Over two orders of magnitude each, beyond the error of the run."""
     program, read = scaled(model)

@@ -91,6 +91,7 @@ def test_a_run_that_a_sample_stops_ends_after_all_samples_of_its_instant() -> No
         np.testing.assert_allclose(found, wanted, atol=1e-7)
 
 
+@pytest.mark.thorough
 def test_a_run_is_stopped_by_a_sample_of_a_jump_of_its_instant() -> None:
     trains = drawn_trains()
     for found, wanted in zip(stopped(*stacked(trains)), stops(trains), strict=True):
