@@ -293,7 +293,7 @@ OVERLOADED = """
 
 
 def test_the_constructor_whose_inputs_have_the_types_of_the_arguments_is_called() -> None:
-    assert variables(OVERLOADED.replace("{}", "")) == {"a.x": "(10 * 2)"}
+    assert variables(OVERLOADED.replace("{}", "")) == {"a.x": "(A.'constructor'.from_number(2)).x"}
 
 
 def test_two_constructors_that_fit_are_refused() -> None:
