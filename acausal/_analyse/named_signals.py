@@ -111,15 +111,15 @@ def state_signals(system: System) -> Signals:
     units: list[str] = []
     for (variable, order), name in zip(system.states, system.state_names, strict=True):
         leaf = system.flat.leaves[system.flat.leaf_of_node[system.ordered.table.variables[variable]]]
-        elements = _elements(name, system.plan.shapes[variable])
+        elements = _elements(name, leaf, system.plan.shapes[variable])
         names += elements
         units += [leaf.declaration.unit + ("" if order == 0 else "/s" if order == 1 else f"/s{order}")] * len(elements)
     return Signals(tuple(names), tuple(units))
 
 
-def _elements(name: str, shape: tuple[int, ...]) -> list[str]:
+def _elements(name: str, leaf: FlatLeaf, shape: tuple[int, ...]) -> list[str]:
     """A name for each element of an array, in row-major order."""
-    return [name + "".join(f"[{i}]" for i in index) for index in np.ndindex(*shape)]
+    return [name + leaf.declaration.element(place) for place in np.ndindex(*shape)]
 
 
 def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Output]) -> tuple[Signals, Any]:
@@ -137,7 +137,7 @@ def output_signals(system: System, outputs: Sequence[Output] | Mapping[str, Outp
             readers.append(lambda view, function=output: [function(view)])
         else:
             leaf, index = _variable(system, output)
-            elements = _elements(given or output, leaf.sizes)
+            elements = _elements(given or output, leaf, leaf.sizes)
             names += elements
             number = system.flat.leaves.index(leaf)
             units += [unit_of_leaf(system.flat, number)] * len(elements)

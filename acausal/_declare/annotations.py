@@ -8,6 +8,7 @@ import dataclasses
 import functools as ft
 import math
 import operator
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 import numpy as np
@@ -108,6 +109,13 @@ def shape(*sizes: int | str) -> Shape:
     return Shape(sizes)
 
 
+def indices(place: Sequence[int], *, counts_from_1: bool) -> str:
+    """The indices of an element of an array in names: `[0][1]`, or `[1,2]` in a Modelica model."""
+    if counts_from_1 and len(place):
+        return f"[{','.join(str(i + 1) for i in place)}]"
+    return "".join(f"[{i}]" for i in place)
+
+
 @dataclasses.dataclass(frozen=True)
 class Declaration:
     """Declaration of one leaf in its class.
@@ -115,7 +123,8 @@ class Declaration:
     `sign` and `limits` are the admissible range of its values, which must be finite unless it `is_unbounded`. `select`,
     `nominal` and `start`, the default start value, apply to variables. `sizes` is empty for a scalar, and None for a
     parameter with the shape of the value that it is given. The given start value of a variable that `is_fixed` is
-    always a condition, never only an initial guess.
+    always a condition, never only an initial guess. `counts_from_1`: names of elements follow Modelica.
+    `title` is the name in printed models, empty for that of the field; None hides it.
     """
 
     role: Role
@@ -128,6 +137,12 @@ class Declaration:
     is_unbounded: bool = False
     is_fixed: bool = False
     limits: Limits | None = None
+    counts_from_1: bool = False
+    title: str | None = ""
+
+    def element(self, place: Sequence[int]) -> str:
+        """The indices of an element in names."""
+        return indices(place, counts_from_1=self.counts_from_1)
 
     @property
     def ranges(self) -> tuple[Sign | Limits, ...]:

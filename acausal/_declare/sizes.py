@@ -68,7 +68,7 @@ def _is_member(name: str, path: str) -> bool:
     """Whether a name stands for a part of a leaf: `chain[3].w` of `chain.item.w` in an array of components, or `T[2]`
     of an array `T`.
     """
-    pattern = r"(?:\.item|\[\d*\])".join(re.escape(piece) for piece in path.split(".item")) + r"(?:\[\d*\])*"
+    pattern = r"(?:\.item|\[\d*\])".join(re.escape(piece) for piece in path.split(".item")) + r"(?:\[[\d,]*\])*"
     return re.fullmatch(pattern, name) is not None
 
 

@@ -41,7 +41,11 @@ def _values(node: Node) -> list[tuple[str, str]]:
     static = [field.name for field in dataclasses.fields(node) if field.metadata.get("static")]
     said = [(name, _short(repr(getattr(node, name)))) for name in static if _is_said(name, getattr(node, name))]
     leaves = [(name, declaration) for name, declaration in dynamic_fields(type(node)) if declaration is not None]
-    given = [(name, declaration.unit, getattr(node, name)) for name, declaration in leaves]
+    given = [
+        (declared.title or name, declared.unit, getattr(node, name))
+        for name, declared in leaves
+        if declared.title is not None
+    ]
     return said + [(name, with_unit(value, unit)) for name, unit, value in given if value is not None]
 
 

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax import Array
 
+from .._declare.annotations import indices
 from .._declare.component import Component, Equation
 from .._declare.fields import dynamic_fields, join, parts_of
 from .._declare.node import Node
@@ -163,7 +164,9 @@ def _by_element(template: Template) -> list[Template]:
     closed = jax.make_jaxpr(residuals)(*structs([() if i.source == "var" else whole[i] for i in inputs]))
     known = {(item.slot, item.order): sign for item, sign in zip(template.inputs, template.signs, strict=True)}
     signs = [known[item.slot, item.order] for item in inputs]
-    names = [f"{template.name}[{i}]" if template.shape else template.name for i in range(len(closed.jaxpr.outvars))]
+    is_modelica = template.owner is not None and any(one.counts_from_1 for one in template.owner.declarations)
+    places = np.ndindex(*template.shape)
+    names = [template.name + indices(place, counts_from_1=is_modelica) for place in places]
     return [sliced(name, template.owner, closed, i, inputs, signs, 0) for i, name in enumerate(names)]
 
 

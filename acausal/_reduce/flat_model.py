@@ -3,6 +3,7 @@
 import dataclasses
 import functools as ft
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
@@ -14,6 +15,8 @@ from .._declare.annotations import Declaration
 from .._declare.array import deepened
 from .._declare.component import Component
 from .._declare.node import Port
+
+_INDICES = re.compile(r"(\[[\d,]+\])+$")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -45,14 +48,27 @@ class FlatLeaf:
         return self.port is not None
 
     def name(self, index: int) -> str:
-        """The path of one stacked member: `inertias[3].w` for `inertias[].w` and 3."""
-        return indexed(self.path, self.stack, index)
+        """The path of one stacked member: `inertias[3].w` for `inertias[].w` and 3. Brackets at the end of a path are
+        those of the elements of an array variable.
+        """
+        whole = self.path.rstrip("[]")
+        outer, place = whole.count("[]"), place_of(index, self.stack)
+        return with_indices(whole, place[:outer]) + self.declaration.element(place[outer:])
 
 
 def indexed(path: str, stack: tuple[int, ...], index: int) -> str:
     """A path with the indices of a stacked member in its brackets."""
+    return with_indices(path, place_of(index, stack))
+
+
+def place_of(index: int, shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The indices of an element that the flat array has at an index."""
+    return tuple(int(i) for i in np.unravel_index(index, shape)) if shape else ()
+
+
+def with_indices(path: str, numbers: Sequence[int]) -> str:
+    """A path with numbers in its brackets."""
     pieces = path.split("[]")
-    numbers = np.unravel_index(index, stack) if stack else ()
     return pieces[0] + "".join(f"[{n}]{piece}" for n, piece in zip(numbers, pieces[1:], strict=True))
 
 
@@ -196,6 +212,20 @@ class FlatModel:
         """The names of array variables whose elements are nodes of their own, with their leaves."""
         names = {leaf.path.rstrip("[]"): number for number, leaf in enumerate(self.own_leaves) if self.split}
         return {name: number for name, number in names.items() if "[]" not in name and name not in self.leaf_names}
+
+    def find(self, name: str) -> tuple[int, tuple[int, ...]] | None:
+        """The leaf that a name stands for, and the index of a stacked member or element in its last axes."""
+        if name in self.split_names:
+            return self.split_names[name], ()
+        number, member = self.leaf_names.get(name) or self.leaf_names.get(_INDICES.sub("", name), (-1, 0))
+        if number < 0:
+            return None
+        leaf = self.leaves[number]
+        place = place_of(member, leaf.stack)
+        if name in self.leaf_names:
+            return number, place
+        elements = {leaf.name(member) + leaf.declaration.element(one): one for one in np.ndindex(*leaf.sizes)}
+        return (number, (*place, *elements[name])) if name in elements else None
 
     @ft.cached_property
     def unconnected(self) -> frozenset[int]:

@@ -1,7 +1,7 @@
 """The command line: `python -m acausal.modelica --help`."""
 
 import argparse
-import re
+import dataclasses
 import subprocess
 import sys
 import time
@@ -11,15 +11,18 @@ from pathlib import Path
 import numpy as np
 
 from .._command_line import exit_code
-from .._errors import ModelError, UnknownNameError, suggestion
+from .._errors import ModelError
 from .._extras import needed, panels
-from .._integrate.results.solution import Solution
 from .._integrate.simulate import simulate
 from .._show.structure import structure
 from ._load import load
 from ._scoreboard.compare import Compared, compared
 from ._scoreboard.reference import models_in
 from ._scoreboard.table import FAILURES, save, saved, written
+from ._signals import Signals
+
+POINTS = 501  # of a table or plot
+TOLERANCE = 1e-6
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -33,7 +36,8 @@ def _parser() -> argparse.ArgumentParser:
     check = commands.add_parser("check", help="translate a model and describe its equations")
     check.set_defaults(run=_check)
     run = commands.add_parser("simulate", help="simulate a model")
-    run.add_argument("--stop", type=float, required=True, help="stop time in s")
+    run.add_argument("--stop", type=float, help="stop time in s; that of the annotation experiment by default")
+    run.add_argument("--tolerance", type=float, help="relative tolerance; that of the annotation, or 1e-6, by default")
     run.add_argument("--csv", help="write the signals to a file")
     run.add_argument("--plot", help="draw the signals in a file")
     run.add_argument("--signals", nargs="*", help="signals to write and draw; the states by default")
@@ -71,17 +75,25 @@ def _add_roots(command: argparse.ArgumentParser, *, required: bool = False) -> N
 def _check(options: argparse.Namespace) -> int:
     model = load(options.source, options.model, options.roots)
     print(model)
-    print(structure(model))
+    print(dataclasses.replace(structure(model), unchecked=()))  # Modelica equations have no units to check
     return 0
 
 
 def _simulate(options: argparse.Namespace) -> int:
     model = load(options.source, options.model, options.roots)
-    solution = simulate(model, options.stop, save=np.linspace(0.0, options.stop, 501), progress=True)
-    states = [name for name in solution.system.state_names if not name.startswith("der(")]
-    wanted = [_modelica_name(name) for name in states] if options.signals is None else options.signals
-    found = [pair for name in wanted for pair in _signals(solution, name)]
-    names, columns = [name for name, _ in found], [np.asarray(solution.ts), *(column for _, column in found)]
+    start = model.experiment.start or 0.0
+    stop = options.stop if options.stop is not None else model.experiment.stop
+    if stop is None:
+        raise ModelError(f"{options.model} has no annotation experiment(StopTime=...). Remedy: --stop.")
+    signals = Signals(model)
+    wanted = signals.states() if options.signals is None else options.signals
+    names = [element for name in wanted for element in signals.elements(name)]
+    readers = [signals[name] for name in names]
+    # A table or plot shows values between the steps. They need a program of their own.
+    save = np.linspace(start, stop, POINTS) if options.csv or options.plot else "steps"
+    tolerance = options.tolerance or model.experiment.tolerance or TOLERANCE
+    solution = simulate(model, stop, t0=start, save=save, rtol=tolerance, progress=True)
+    columns = [np.asarray(solution.ts), *(np.asarray(read(solution)) for read in readers)]
     for name, column in zip(names, columns[1:], strict=True):
         print(f"{name}: {column[0]:.6g} to {column[-1]:.6g}")
     if options.csv:
@@ -95,39 +107,6 @@ def _simulate(options: argparse.Namespace) -> int:
         axes[-1].set_xlabel("time in s")
         needed("matplotlib.pyplot", "plots", "A picture").savefig(options.plot)
     return 0
-
-
-def _signals(solution: Solution, name: str) -> list[tuple[str, np.ndarray]]:
-    """A signal by its Modelica name, whose elements count from 1. Those of a solution count from 0."""
-    whole = name.rpartition("[")[0]
-    if not name.endswith("]") or whole not in solution.system.flat.leaf_names:
-        return _elements(name, np.asarray(solution[_own_name(name)]))
-    found = _elements(whole, np.asarray(solution[whole]))
-    if name not in dict(found):
-        raise UnknownNameError(f"There is no signal {name!r}.{suggestion(name, dict(found))}")
-    return [pair for pair in found if pair[0] == name]
-
-
-def _modelica_name(name: str) -> str:
-    """The Modelica name `x[1,2]` of the element `x[0][1]` of an array."""
-    found = re.fullmatch(r"(.*?)((?:\[\d+\])+)", name)
-    if not found:
-        return name
-    return f"{found[1]}[{','.join(str(int(place) + 1) for place in found[2][1:-1].split(']['))}]"
-
-
-def _own_name(name: str) -> str:
-    """The name `x[0][1]` of the element `x[1,2]` of an array in Modelica."""
-    found = re.fullmatch(r"(.*)\[(\d+(?:,\d+)*)\]", name)
-    return found[1] + "".join(f"[{int(place) - 1}]" for place in found[2].split(",")) if found else name
-
-
-def _elements(name: str, values: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """A signal, or the elements of an array by their Modelica names."""
-    if values.ndim == 1:
-        return [(name, values)]
-    places = np.ndindex(values.shape[1:])
-    return [(f"{name}[{','.join(str(i + 1) for i in place)}]", values[(slice(None), *place)]) for place in places]
 
 
 def _scoreboard(options: argparse.Namespace) -> int:

@@ -7,7 +7,7 @@ from pathlib import Path
 from .._errors import ModelError
 from .._garbage import seldom_collected
 from ._deep_calls import deep_calls
-from ._errors import ModelicaError
+from ._errors import ModelicaError, ModelicaWarning
 from ._frontend.references import without_indices
 from ._frontend.stored import stored_model
 from ._syntax.flat import FlatModelica
@@ -30,10 +30,10 @@ def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path
     (Integer, Boolean, enumerations, String), and real ones on which the structure depends, are fixed: set them by
     modifiers.
 
-    A parameter without a value or start value is 0, false or empty, and named by a warning.
-
     Raises `ModelicaError` for errors of the text, with file, line and column, and for language elements that are not
-    supported. Some of the latter appear only in the analysis of the equations, as `ModelError`.
+    supported. Some of the latter appear only in the analysis of the equations, as `ModelError`. Warns with
+    `ModelicaWarning` of a parameter without a value or start value, which is 0, false or empty, of a library in another
+    version than the one that a class uses, and of an inner component that the model lacks and gets by default.
     """
     roots = [roots] if isinstance(roots, str | Path) else roots
     try:
@@ -50,8 +50,11 @@ def load(source: str | Path, model: str, roots: str | Path | Sequence[str | Path
         warnings.warn(
             f"{model}: these parameters have no value, and are 0, false or empty: {', '.join(missing)}. Remedy: give "
             f"their values by modifiers, as in {flat.name}({modifier}).",
+            ModelicaWarning,
             stacklevel=2,
         )
+    for message in flat.warnings:
+        warnings.warn(message, ModelicaWarning, stacklevel=2)
     return found
 
 

@@ -110,3 +110,72 @@ def test_states_that_are_elements_of_a_matrix_have_their_modelica_names(tmp_path
         head, *_, last = table.read_text().splitlines()
         found = dict(zip(next(csv.reader([head])), map(float, last.split(",")), strict=True))
         assert found == pytest.approx({"time": 1.0, "x[1,1]": 2.0, "x[1,2]": 3.0})
+
+
+FALL = """package L
+  model Fall
+    Real x[2](start = {1, 2}, each fixed = true);
+  equation
+    der(x) = {3, 4};
+    annotation(experiment(StartTime = 1, StopTime = 3));
+  end Fall;
+  model Endless
+    extends Fall;
+    annotation(experiment(StopTime = 1e9, Tolerance = 1e-3));
+  end Endless;
+  model Plain
+    Real x(start = 1, fixed = true);
+  equation
+    der(x) = 1;
+  end Plain;
+end L;
+"""
+
+
+def test_the_annotation_gives_the_interval(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (tmp_path / "L.mo").write_text(FALL)
+    table = tmp_path / "run.csv"
+    assert command_line.main(["simulate", "--roots", str(tmp_path), "", "L.Fall", "--csv", str(table)]) == 0
+    assert "x[2]: 2 to 10" in capsys.readouterr().out
+    lines = table.read_text().splitlines()
+    assert [float(line.split(",")[0]) for line in (lines[1], lines[-1])] == [1.0, 3.0]
+    assert command_line.main(["simulate", "--roots", str(tmp_path), "", "L.Fall", "--stop", "2"]) == 0
+    assert "x[2]: 2 to 6" in capsys.readouterr().out
+    assert command_line.main(["simulate", "--roots", str(tmp_path), "", "L.Plain"]) != 0
+    assert "no annotation experiment(StopTime=...). Remedy: --stop" in capsys.readouterr().err
+
+
+def test_an_unknown_signal_is_refused_before_the_run(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "L.mo").write_text(FALL)
+    monkeypatch.setattr(command_line, "simulate", None)
+    arguments = ["simulate", "--roots", str(tmp_path), "", "L.Fall", "--signals"]
+    for name, said in {"xx": "There is no signal 'xx'. Did you mean x?", "x[3]": "x has size [2]"}.items():
+        assert command_line.main([*arguments, name]) != 0
+        assert said in capsys.readouterr().err
+
+
+def test_check_shows_names_of_the_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = """package L
+  model Counter
+    Integer n(start = 3, fixed = true);
+    Real x(start = 1, fixed = true), y = floor(x);
+  equation
+    when sample(0, 1) then
+      n = pre(n) + 1;
+    end when;
+    der(x) = -x + delay(x, 0.1);
+  end Counter;
+  model M
+    Counter one, several[2];
+  end M;
+end L;
+"""
+    (tmp_path / "L.mo").write_text(text)
+    assert command_line.main(["check", "--roots", str(tmp_path), "", "L.M"]) == 0
+    found = capsys.readouterr().out
+    for shown in ("one: Counter", "several[2]: Counter", "pre(n) = 3", "x      = 1"):
+        assert shown in found
+    for hidden in ("initial_", "ticks", "Part_", "floor_", "past", "Units not checked"):
+        assert hidden not in found

@@ -159,7 +159,9 @@ def test_parameters_that_move_out_of_their_limits_end_the_run() -> None:
             "  parameter Real k = 0;\nequation\n  k = 2;",
             r"Too many equations: <model>\.mo:4 has no variable to determine",
         ),
-        ("  Real x[3];\nequation\n  x[1:2] = {1, 2};", r"no equation determines x\[2\] \(<model>\.mo:2\)"),
+        ("  Real x[3];\nequation\n  x[1:2] = {1, 2};", r"no equation determines x\[3\] \(<model>\.mo:2\)"),
+        ("  Real x[2,3];\nequation\n  x[1,:] = {1, 2, 3}; x[2,1:2] = {1, 2};", r"no equation determines x\[2,3\] \("),
+        ("  Real x[2];\nequation\n  x = {1, 2};\n  x[2] = 1;", r"equations: <model>\.mo:4\[2\], <model>\.mo:5"),
         ("  connector C\n    Real e;\n  end C;\n  C c[2];\nequation\n  c[1].e = 1;", r"c\[2\]\.e \(<model>\.mo:3\)"),
     ],
 )
@@ -222,3 +224,13 @@ def test_relations_of_texts_that_may_vary_are_refused(text: str, message: str) -
 def test_assertions_hold_at_the_start_for_the_values_of_if_expressions_there() -> None:
     text = 'Real y = 3; Real x = if y > 0 then 1 else 5; equation assert(x < 3, "too large");'
     assert simulate(load(f"model M {text} end M;", "M"), 1.0, save="end").final.x == 1.0
+
+
+def test_names_of_elements_count_from_1_and_can_be_read() -> None:
+    text = "model M Real x[1,2](each start = 1, each fixed = true); equation EQUATIONS end M;"
+    for equations in ("der(x) = {{1, 2}};", "der(x[1,1]) = 1; der(x[1,2]) = 2;"):
+        solution = simulate(load(text.replace("EQUATIONS", equations), "M"), 1.0, save="end")
+        assert solution["x[1,2]"][-1] == pytest.approx(3.0)
+        assert solution["x"].shape == (len(solution.ts), 1, 2)
+        assert "x[1,3]" not in solution
+        assert {"x[1,1]", "x[1,2]"} <= set(solution.to_pandas().columns)

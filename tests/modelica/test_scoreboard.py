@@ -7,10 +7,10 @@ import pytest
 
 from acausal import StructureError, simulate
 from acausal.modelica import ModelicaError, load
-from acausal.modelica._frontend.flatten import flat_model
-from acausal.modelica._scoreboard.compare import compared, signal
+from acausal.modelica._scoreboard.compare import compared
 from acausal.modelica._scoreboard.reference import TOLERANCE, deviation
 from acausal.modelica._scoreboard.table import written
+from acausal.modelica._signals import Signals
 
 LAG = """
 package P
@@ -39,15 +39,16 @@ end P;
 
 
 def test_an_output_of_the_model_is_a_signal() -> None:
-    flat = flat_model(LAG, "P.Decay")
-    solution = simulate(load(LAG, "P.Decay"), 1.0, save="end")
-    assert signal(flat, solution, "y") == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
+    model = load(LAG, "P.Decay")
+    solution = simulate(model, 1.0, save="end")
+    assert Signals(model)["y"](solution) == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
 
 
 def test_a_parameter_is_a_constant_signal() -> None:
     text = "model M parameter Real p[2] = {3, 4}; Real x(start = 1, fixed = true); equation der(x) = -p[1] * x; end M;"
-    solution = simulate(load(text, "M"), 1.0, save="end")
-    assert np.array_equal(np.asarray(signal(flat_model(text, "M"), solution, "p[2]")), [4.0] * len(solution.ts))
+    model = load(text, "M")
+    solution = simulate(model, 1.0, save="end")
+    assert np.array_equal(np.asarray(Signals(model)["p[2]"](solution)), [4.0] * len(solution.ts))
 
 
 def test_a_signal_of_rounding_errors_has_no_range() -> None:

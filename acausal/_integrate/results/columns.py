@@ -8,6 +8,7 @@ import jax
 import numpy as np
 from jax import Array
 
+from ..._declare.annotations import indices
 from ..._declare.component import Component
 from ..._declare.fields import join
 from ..._declare.node import nodes_of
@@ -31,6 +32,12 @@ class Column(NamedTuple):
     unit: str
     values: np.ndarray
     names: Mapping[float, str] | None = None  # of the values of a discrete variable
+    counts_from_1: bool = False  # names of elements, as in Modelica
+
+    def curves(self, label: str) -> Iterator[tuple[str, np.ndarray]]:
+        """Each element with its label: an array variable has one curve for each."""
+        for place in np.ndindex(self.values.shape[1:]):
+            yield label + indices(place, counts_from_1=self.counts_from_1), self.values[(slice(None), *place)]
 
 
 def columns(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> list[Column]:
@@ -101,29 +108,28 @@ def _column(
     wanted: str,
     units: Sequence[str],
 ) -> Column:
-    flat, times = solution.system.flat, np.shape(solution.ts)
+    flat, times, names, counts_from_1 = solution.system.flat, np.shape(solution.ts), None, False
     if isinstance(what, str):
-        values, unit = solution._pick(leaves, what), solution.unit(what)
-        values = values if varies(flat, solution._place(what)[0]) else np.broadcast_to(values, times + np.shape(values))
+        values, unit, number = solution._pick(leaves, what), solution.unit(what), solution._place(what)[0]
+        values = values if varies(flat, number) else np.broadcast_to(values, times + np.shape(values))
+        names, counts_from_1 = modes.get(what), flat.leaves[number].declaration.counts_from_1
     else:
         values, unit = expression(flat, leaves, times, what), unit_of_expression(what, flat)
     values, shown = np.asarray(values), wanted or shown_unit(unit, units)
-    if shown == unit:
-        return Column(label, shown, values, modes.get(what) if isinstance(what, str) else None)
-    # A quantity without a known unit is in SI units.
-    return Column(
-        label, shown, magnitude(quantity(values, unit), shown, label) if unit else from_si(values, shown, label)
-    )
+    if shown != unit:  # a quantity without a known unit is in SI units
+        names = None
+        values = magnitude(quantity(values, unit), shown, label) if unit else from_si(values, shown, label)
+    return Column(label, shown, values, names, counts_from_1)
 
 
 def to_pandas(solution: "Solution", items: Sequence[Item], units: Sequence[str]) -> DataFrame:
     """See `Solution.to_pandas`."""
     pd = needed("pandas", "tables", "to_pandas()")
-    found = [column for column in columns(solution, items, units) if column.values.ndim == 1]
+    found = [(*one, column.unit) for column in columns(solution, items, units) for one in column.curves(column.label)]
     frame = pd.DataFrame(
-        {column.label: column.values for column in found}, index=pd.Index(np.asarray(solution.ts), name="t")
+        {label: values for label, values, _ in found}, index=pd.Index(np.asarray(solution.ts), name="t")
     )
-    frame.attrs["units"] = {"t": "s"} | {column.label: column.unit for column in found}
+    frame.attrs["units"] = {"t": "s"} | {label: unit for label, _, unit in found}
     return frame
 
 
@@ -131,7 +137,7 @@ def to_xarray(solution: "Solution", items: Sequence[Item], units: Sequence[str])
     """See `Solution.to_xarray`."""
     xr = needed("xarray", "tables", "to_xarray()")
     found = {}
-    for label, unit, values, _ in columns(solution, items, units):
+    for label, unit, values, *_ in columns(solution, items, units):
         if label == "t":
             raise ModelError("A column 't' has the name of the time axis: label it, as in {'time': 't'}.")
         dims = ["t", *(f"{label}_{i}" for i in range(values.ndim - 1))]

@@ -316,23 +316,17 @@ class Solution(eqx.Module, Generic[M]):
 
     def _pick(self, leaves: list[Array], name: str) -> Array:
         """The value of a name in the leaves of a view."""
-        whole = self.system.flat.split_names.get(name) if isinstance(name, str) else None
-        if whole is not None:
-            return leaves[whole]
-        leaf, index = self._place(name)
-        value = leaves[leaf]
-        stack = self.system.flat.leaves[leaf].stack
-        if not stack:
-            return value
-        lead = value.ndim - len(stack) - len(self.system.flat.leaves[leaf].sizes)
-        return value[(slice(None),) * lead + tuple(np.unravel_index(index, stack))]
+        number, place = self._place(name)
+        value, leaf = leaves[number], self.system.flat.leaves[number]
+        lead = value.ndim - len(leaf.stack) - len(leaf.sizes)
+        return value[(slice(None),) * lead + place] if place else value
 
-    def _place(self, name: str) -> tuple[int, int]:
-        """The leaf of a name, and the index of its stacked member."""
+    def _place(self, name: str) -> tuple[int, tuple[int, ...]]:
+        """The leaf of a name, and the index of its stacked member or element."""
         names = self.system.flat.leaf_names
         if not isinstance(name, str):
             raise ArgumentError(f"A solution is read by path, as in sol[{next(iter(names))!r}], got sol[{name!r}].")
-        where = names.get(name)
+        where = self.system.flat.find(name)
         if where is None:
             hint = suggestion(name, names)
             raise UnknownNameError(f"The model has no variable or parameter {name!r}.{hint}")
@@ -374,7 +368,7 @@ class Solution(eqx.Module, Generic[M]):
         return list(self.system.flat.leaf_names)
 
     def __contains__(self, name: object) -> bool:
-        return name in self.system.flat.leaf_names or name in self.system.flat.split_names
+        return isinstance(name, str) and self.system.flat.find(name) is not None
 
     def _ipython_key_completions_(self) -> list[str]:
         return self.keys()
@@ -409,7 +403,8 @@ class Solution(eqx.Module, Generic[M]):
         return {"t": np.asarray(self.ts)} | {column.label: column.values for column in columns(self, (), ())}
 
     def to_pandas(self, *items: Item, units: Sequence[str] = ()) -> DataFrame:
-        """A `pandas.DataFrame` with a column for each scalar variable, indexed by time; `attrs["units"]` has the units.
+        """A `pandas.DataFrame` with a column for each element of each variable, indexed by time. `attrs["units"]` has
+        the units.
 
         `items` and `units` are as in `plot`; without items, all variables.
         """

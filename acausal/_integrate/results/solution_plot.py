@@ -124,10 +124,8 @@ def axes_below(axes: Panels | None, count: int) -> np.ndarray:
 
 def _draw(ax: Axes, solution: Solution, column: Column, label: str, **style: Any) -> None:
     """Draws a trajectory, or one for each element of an array variable."""
-    times, values = np.asarray(solution.ts), column.values
-    for place in np.ndindex(values.shape[1:]):
-        number = f"[{', '.join(map(str, place))}]" if place else ""
-        ax.plot(times, values[(slice(None), *place)], label=f"{label}{number}", **style)
+    for curve, values in column.curves(label):
+        ax.plot(np.asarray(solution.ts), values, label=curve, **style)
 
 
 def _mark_events(axes: np.ndarray, solution: Solution, colour: str, events: Events) -> None:

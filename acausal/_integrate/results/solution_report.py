@@ -103,7 +103,7 @@ def _number(value: object) -> str:
 def _variables(solution: Solution[Any]) -> Table:
     """Values at the first and the last saved time, and the smallest and the largest of all, for each variable."""
     rows = []
-    for label, unit, values, _ in columns(solution, (), ()):
+    for label, unit, values, *_ in columns(solution, (), ()):
         ends = (values[0], values[-1], np.min(values, axis=0), np.max(values, axis=0))
         rows.append((label, *(with_unit(value, "") for value in ends), unit or "-"))
     times = np.asarray(solution.ts)

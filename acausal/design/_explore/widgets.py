@@ -72,9 +72,8 @@ def _rows(explored: Explored[Any], design: str, column: Column) -> Iterator[dict
     """The points of a curve in order; an array variable has one curve for each element."""
     assert explored.solution is not None
     times = np.asarray(explored.solution.ts).tolist()
-    for place in np.ndindex(column.values.shape[1:]):
-        name = column.label + (f"[{', '.join(map(str, place))}]" if place else "")
-        for time, value in zip(times, column.values[(slice(None), *place)].tolist(), strict=True):
+    for name, values in column.curves(column.label):
+        for time, value in zip(times, values.tolist(), strict=True):
             yield {"t": time, "y": value, "curve": name, "design": design}
 
 

@@ -20,6 +20,7 @@ from .modifiers import Binding, Index, Modifier, connection_text, merged, modifi
 from .parse import parse
 from .source import Source, TextError
 from .typed import Type
+from .versions import version_wanted
 
 _PREDEFINED = Source(
     "<predefined>",
@@ -948,7 +949,8 @@ class Top:
         if not further:
             # A name that is known around an encapsulated class cannot be used in it.
             return source.error(at, f"{message}.{'' if first in known else suggestion(first, sorted(known))}")
-        uses = self.libraries.uses(first, [one.definition for one in around])
+        version = version_wanted(first, [one.definition for one in around])
+        uses = "" if version is None else f"{first} {version}".strip()
         name = ".".join(one.name for one in reversed(around))
         needed = f"{name} needs the library {uses}. Give" if uses else f"If {first} is a library, give"
         similar = "" if uses else suggestion(first, sorted(known))

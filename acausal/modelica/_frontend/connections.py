@@ -52,6 +52,11 @@ class ConnectorEnd:
     def ref(self) -> e.Ref:
         return e.Ref(self.name, tuple(e.Const(i) for i in self.subs))
 
+    @property
+    def holder(self) -> str:
+        """The connector, or the component of a connector that is a variable itself."""
+        return self.name.rpartition(".")[0]
+
 
 @dataclasses.dataclass(frozen=True, slots=True)
 class Pair:
@@ -370,10 +375,10 @@ def equations(
         connections.check_direction(members, pairs[members[-1]].spot)
         for other in members[1:]:
             if other.ref != first.ref and connections.component(first).variability not in ("constant", "parameter"):
-                yield equality(first.ref, other.ref, "connection", place=pairs[other].spot.place)
+                yield equality(first.ref, other.ref, "connection", other.holder, pairs[other].spot.place)
     for members in sums.all():
         total = added([e.Unary("Minus", one.ref) if one.is_outside else one.ref for one in members])
-        yield FlatEquation(total, "", "flows", pairs[members[0]].spot.place)
+        yield FlatEquation(total, members[0].holder, "flows", pairs[members[0]].spot.place)
     for name, dims, place, sides in flows:
         for is_outside in sides:
             yield from _open(sums, name, dims, place, is_outside=is_outside)

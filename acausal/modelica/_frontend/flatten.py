@@ -15,6 +15,7 @@ from .._translate.scope import NotKnown
 from . import restrictions
 from . import tree as t
 from .algorithms import Statements
+from .annotations import experiment
 from .classes import BUILTIN, ComponentElement, Instance, Top, check_subtype, join
 from .connections import Connections, Flow, equations
 from .equations import Equations, Found
@@ -42,6 +43,7 @@ from .typed import (
     same_dims,
     written_dims,
 )
+from .versions import version_warnings
 
 ATTRIBUTE_TYPES = {
     "fixed": BOOLEAN, "unbounded": BOOLEAN, "unit": STRING, "quantity": STRING, "displayUnit": STRING,
@@ -79,6 +81,7 @@ class _Flattening:
         self.variables: dict[str, FlatVariable] = {}
         self.functions: dict[str, FlatFunction] = {}
         self.instances: list[Instance] = []
+        self.classes: dict[str, str] = {}
         self.components: list[ComponentElement] = []  # variables and records
         self.flows: list[Flow] = []
         self.found, self.initial = Found(), Found()
@@ -108,6 +111,9 @@ class _Flattening:
             enumerations=dict(self.context.enumerations),
             connectors=tuple(connectors),
             selecting=tuple(self.context.selecting),
+            classes=self.classes,
+            experiment=experiment(Expressions(self.context, self.root)),
+            warnings=(*version_warnings(self.root.top.libraries), *self.context.warnings),
         )
 
     def _error(self, message: str) -> TextError:
@@ -206,6 +212,7 @@ class _Flattening:
         sizes = [n or 0 for n in self.context.sizes(component)]
         self._check_class(component)
         if kind.name in ("record", "component"):
+            self.classes[without_indices(component.path)] = component.prototype.name
             if kind.name == "component":
                 self.context.binding(component)  # refused if there is one
             if kind.name == "record":

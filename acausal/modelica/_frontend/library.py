@@ -98,10 +98,9 @@ class Libraries:
             self._found[name] = _load(places[0], name) if places else None
         return self._found[name]
 
-    def uses(self, name: str, users: Sequence[Definition]) -> str:
-        """The name and version of a library that one of the users states to use; empty if none does."""
-        versions = (_uses(user.tree.annotation) for user in users)
-        return next((f"{name} {found[name]}".strip() for found in versions if name in found), "")
+    def loaded(self) -> list[Definition]:
+        """The top classes that have been looked up."""
+        return [found for found in self._found.values() if found is not None]
 
     def resource(self, uri: str) -> str:
         """The file that a URI `modelica://Library.Package/path` names (section 13.5); the URI itself if none does."""
@@ -117,18 +116,6 @@ class Libraries:
     def given(self) -> str:
         """The folders that are given, for a message."""
         return f"these are {listed([str(root) for root in self.roots])}" if self.roots else "none are given"
-
-
-def _uses(annotation: t.Modification | None) -> dict[str, str]:
-    """The versions in the annotation `uses(Library(version="1.0"))`."""
-    found: dict[str, str] = {}
-    for used in annotation.named("uses") if annotation else ():
-        for library in used.modification.arguments:
-            if isinstance(library, t.ElementModification):
-                versions = [one.modification.value for one in library.modification.named("version")]
-                stated = versions[0] if versions else None
-                found[library.name[0]] = str(stated.value) if isinstance(stated, t.Literal) else ""
-    return found
 
 
 def library_files(folders: Sequence[Path]) -> Iterator[Path]:

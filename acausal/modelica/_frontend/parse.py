@@ -14,8 +14,11 @@ _COMPONENT_STARTS = frozenset("flow stream discrete parameter constant input out
 _ELEMENT_PREFIXES = ("redeclare", "final", "inner", "outer", "replaceable")  # in their order
 _NO_PREFIXES = dict.fromkeys((*(f"is_{word}" for word in _ELEMENT_PREFIXES), "is_protected"), False)
 # Annotations with a meaning for the equations. All others are skipped.
-KEPT = ("Evaluate", "derivative", "inverse", "missingInnerMessage", "uses", "version", "mustBeConnected", "smoothOrder")
-_HAS_KEPT = re.compile(rf"\b(?:{'|'.join(KEPT)})\b")
+KEPT = (
+    "Evaluate", "conversion", "derivative", "experiment", "inverse", "missingInnerMessage", "mustBeConnected",
+    "smoothOrder", "uses", "version",
+)  # fmt: skip
+_HAS_KEPT = re.compile(rf"\b(?:{'|'.join(KEPT)})\s*[=(]")
 
 
 def parse(source: Source) -> t.File:

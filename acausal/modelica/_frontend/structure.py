@@ -14,6 +14,7 @@ from .._translate.functions import Library
 from .._translate.scope import NotKnown, Scope
 from .._translate.values import ZEROS, Value, by_field, plain, shape_of
 from . import tree as t
+from .annotations import missing_inner
 from .calls import in_order
 from .classes import ClassElement, ComponentElement, Instance, Top, inner_element
 from .expressions import Expressions
@@ -57,6 +58,7 @@ class Context:
         self.graph: Graph | None = None
         self.streams: Streams | None = None
         self.added: dict[str, ComponentElement] = {}  # inner components that the model lacks
+        self.warnings: list[str] = []
         self.constants: dict[str, ComponentElement] = {}  # of packages, by path
         self.discrete: set[str] = set()  # paths without indices of Reals that when-clauses assign
         self._known: dict[str, tuple[ComponentElement, Index]] = {}
@@ -236,6 +238,7 @@ class Context:
                 )
             tree = dataclasses.replace(component.tree, is_inner=True, is_outer=False, condition=None)
             self.added[component.name] = ComponentElement(tree, component.scope, None, root)
+            self.warnings.append(missing_inner(Expressions(self, component.prototype), component))
         return self.added[component.name]
 
     # Values of components

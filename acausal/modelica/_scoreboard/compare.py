@@ -7,21 +7,19 @@ from pathlib import Path
 from typing import Any, Literal
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from ..._declare.by_name import parameters, replace
-from ..._errors import AcausalError
+from ..._errors import AcausalError, UnknownNameError
 from ..._garbage import seldom_collected
 from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
 from .._deep_calls import deep_calls
 from .._frontend.stored import stored_model
+from .._signals import Signals
 from .._syntax.flat import FlatModelica
 from .._translate.build import component
-from .._translate.known import KnownValues
 from .._translate.model import ModelicaModel
-from .._translate.tree import attribute_path
 from .reference import TOLERANCE, Reference, deviation, interval, read_reference
 
 Stage = Literal["front end", "translation", "run", "no reference", "differs", "agrees"]
@@ -62,7 +60,7 @@ def compared(model: str, roots: Sequence[str | Path], folder: Path, *, gradient:
         jax.block_until_ready(solution.ts)
         row.stage = "no reference" if reference is None else "differs"
         if reference is not None:
-            row.deviations = _deviations(flat, solution, reference, times)
+            row.deviations = _deviations(made, solution, reference, times)
             if max(row.deviations.values(), default=0.0) <= TOLERANCE:
                 row.stage = "agrees"
         if gradient and row.stage == "agrees" and reference is not None:
@@ -82,36 +80,22 @@ def _times(reference: Reference | None, folder: Path) -> np.ndarray:
     return times[np.unique(places)]
 
 
-def _deviations(flat: FlatModelica, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
+def _deviations(model: ModelicaModel, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
     """The deviation of each signal; infinite for one that the model does not have."""
-    found = {}
+    found, signals = {}, Signals(model)
     for name, values in reference.signals.items():
-        own = signal(flat, solution, name)
-        found[name] = float("inf") if own is None else deviation(reference.times, values, times, np.asarray(own))
+        try:
+            own = np.asarray(signals[name](solution))
+        except UnknownNameError:
+            found[name] = float("inf")
+        else:
+            found[name] = deviation(reference.times, values, times, own)
     return found
-
-
-def signal(flat: FlatModelica, solution: Solution, name: str) -> jax.Array | None:
-    """A signal by its Modelica name, which counts elements from 1; also constants and fixed parameters. None for one
-    that the model does not have.
-    """
-    base, bracket, index = name.rpartition("[")
-    is_element = bool(bracket) and base in flat.variables
-    place = tuple(int(i) - 1 for i in index[:-1].split(",")) if is_element else ()
-    whole = base if is_element else name
-    path = attribute_path(whole)
-    for own in (path, f"{path}.value"):  # an input or output of the model is a port, whose variable is `value`
-        if own in solution:
-            values = jnp.asarray(solution[own])
-            if whole in flat.variables and values.ndim == len(flat.variables[whole].dims):  # a parameter
-                values = jnp.broadcast_to(values, (len(solution.ts), *values.shape))
-            return values[(..., *place)]
-    known = KnownValues(flat)
-    return jnp.full_like(solution.ts, np.asarray(known[whole], float)[place]) if whole in known else None
 
 
 def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
     """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
+    signals = Signals(model)
     kinds = {name: flat.variables.get(name.rpartition("[")[0] or name) for name in reference.signals}
     jumps = {name for name, variable in kinds.items() if variable is not None and variable.type != "Real"}
     sizes = {name: float(np.max(np.abs(x))) for name, x in reference.signals.items() if name not in jumps}
@@ -121,9 +105,7 @@ def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, ti
             def end(x: Any, path: str = path, name: str = name) -> Any:
                 changed = replace(model, {path: x})
                 solution = simulate(changed, times[-1], t0=times[0], rtol=1e-8, save="end", max_steps=MOST_STEPS)
-                found = signal(flat, solution, name)
-                assert found is not None  # the model agrees with the reference
-                return found[-1]
+                return signals[name](solution)[-1]
 
             step = STEP * abs(value)
             difference = float((end(value + step) - end(value - step)) / (2.0 * step))

@@ -109,6 +109,18 @@ class FlatFunction:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
+class Experiment:
+    """The annotation `experiment` of a model: times in s, and the relative tolerance. None for what it does not
+    state.
+    """
+
+    start: float | None = None
+    stop: float | None = None
+    tolerance: float | None = None
+    interval: float | None = None
+
+
+@dataclasses.dataclass(frozen=True, slots=True)
 class FlatModelica:
     """A flat Modelica model."""
 
@@ -125,3 +137,6 @@ class FlatModelica:
     enumerations: Mapping[str, int]  # ordinals of the literals
     connectors: tuple[str, ...]  # those of the model itself
     selecting: tuple[Expression, ...]  # by their values, equations, components and sizes were selected
+    classes: Mapping[str, str]  # names of the classes of components and records, by paths without indices
+    experiment: Experiment
+    warnings: tuple[str, ...]

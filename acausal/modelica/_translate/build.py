@@ -37,7 +37,9 @@ def component(flat: FlatModelica) -> ModelicaModel:
     by_path = {leaf.path: leaf for leaf in model.leaves.values()}
     propagate(groups.groups.values(), by_path, model.known.library)
     namespace = {"events": events.method()} if has_events else {}
-    root = tree(model.all_leaves(), model.connectors.ports, ModelicaModel, _class_name(flat.name), namespace)
+    root = tree(
+        model.all_leaves(), model.connectors.ports, ModelicaModel, _class_name(flat.name), namespace, flat.classes
+    )
     places = {leaf.path: i for i, leaf in enumerate(leaves_of(root))}
     cls = type(root)
     cls.equation_groups = groups.stated(places)
@@ -50,7 +52,7 @@ def component(flat: FlatModelica) -> ModelicaModel:
         for leaf in model.leaves.values()
         if leaf.variable is not None and leaf.variable.place is not None
     }
-    cls.flat = flat
+    cls.flat, cls.experiment = flat, flat.experiment
     return root
 
 

@@ -120,7 +120,7 @@ def _variables(port: type[Port]) -> tuple[ConnectorVariable, ...]:
 def _own_class(variables: tuple[ConnectorVariable, ...]) -> type[Port]:
     """The class of ports with these variables."""
     declarations = {
-        v.name: Declaration(role="flow" if v.is_flow else "var", unit=v.unit, sizes=v.dims, start=0.0)
+        v.name: Declaration("flow" if v.is_flow else "var", v.unit, sizes=v.dims, start=0.0, counts_from_1=True)
         for v in variables
     }
     name = ", ".join(f"flow {v.name}" if v.is_flow else v.name for v in variables)

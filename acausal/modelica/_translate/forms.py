@@ -125,6 +125,8 @@ def declaration_of(leaf: ModelLeaf) -> Declaration:
         sizes=leaf.dims,
         start=leaf.guess if leaf.role in ("var", "discrete") else 0.0,
         is_unbounded=leaf.role == "param",
+        counts_from_1=True,
+        title=leaf.title,
     )
 
 

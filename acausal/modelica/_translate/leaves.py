@@ -35,6 +35,14 @@ class ModelLeaf:
     start_level: float = math.inf  # how deep in the model the guess is stated
     in_port: bool = False
     variable: FlatVariable | None = None
+    of: "ModelLeaf | None" = None  # whose previous value this leaf holds
+
+    @property
+    def title(self) -> str | None:
+        """The name in printed models, empty for that of the attribute. None for a leaf that the text does not state."""
+        if self.of is not None:
+            return f"pre({self.of.path.rpartition('.')[2]})" if self.of.title is not None else None
+        return "" if self.variable is not None and self.variable.place is not None else None
 
 
 def kind_of(type_name: str) -> str:

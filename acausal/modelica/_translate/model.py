@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import jax
 
 from ..._declare.component import Component
+from .._syntax.flat import Experiment
 
 if TYPE_CHECKING:
     from .._syntax.flat import FlatModelica
@@ -13,10 +14,12 @@ if TYPE_CHECKING:
 class ModelicaModel(Component, partial=True):
     """A Modelica model. Parameters and variables are attributes by their Modelica path, as in `model.inertia1.w`.
 
-    Members of arrays of components count from 1, as in Modelica: `model.cell[1]` is the first.
+    Members of arrays of components count from 1, as in Modelica: `model.cell[1]` is the first. `experiment` has the
+    times, in s, and the tolerance of the annotation of the model: `simulate(model, model.experiment.stop)`.
     """
 
     flat: ClassVar["FlatModelica"]
+    experiment: ClassVar[Experiment] = Experiment()
 
     if TYPE_CHECKING:  # the attributes are known when a model is loaded
 

@@ -49,6 +49,7 @@ class Previous:
                 is_followed=False,
                 in_port=False,
                 variable=None,
+                of=leaf,
             )
         return self.of[leaf.path]
 

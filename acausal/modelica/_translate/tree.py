@@ -11,6 +11,7 @@ from ..._declare.fields import FromOne, join
 from ..._declare.node import Port
 from .forms import declaration_of
 from .leaves import ModelLeaf
+from .model import ModelicaModel
 from .nodes import instance, node_class
 from .paths import Index, PathTree, split, tree_of
 
@@ -28,14 +29,21 @@ def attribute(name: str) -> str:
     if not text.isidentifier():
         text = "".join(c if c.isidentifier() or c.isdigit() else "_" for c in text)
         text = text if text.isidentifier() else f"_{text}"
-    return f"{text}_" if keyword.iskeyword(text) or hasattr(Component, text) else text
+    return f"{text}_" if keyword.iskeyword(text) or hasattr(ModelicaModel, text) or text == "flat" else text
 
 
 def tree(
-    leaves: Iterable[ModelLeaf], ports: Mapping[str, type[Port]], base: type, name: str, namespace: dict[str, Any]
+    leaves: Iterable[ModelLeaf],
+    ports: Mapping[str, type[Port]],
+    base: type,
+    name: str,
+    namespace: dict[str, Any],
+    names: Mapping[str, str],
 ) -> Any:
-    """The root component of the leaves. `ports` are the classes of ports by Modelica path."""
-    return _Tree(ports).node(tree_of(leaves, lambda leaf: leaf.path), "", base, name, namespace)
+    """The root component of the leaves. `ports` are the classes of ports by Modelica path, and `names` those of the
+    classes of parts in the text, by path without indices.
+    """
+    return _Tree(ports, names).node(tree_of(leaves, lambda leaf: leaf.path), "", base, name, namespace)
 
 
 def attribute_path(path: str) -> str:
@@ -57,6 +65,7 @@ class _Tree:
     """`classes` are those of the parts, of which equal ones share one."""
 
     ports: Mapping[str, type[Port]]
+    names: Mapping[str, str]
     classes: dict[Any, type] = dataclasses.field(default_factory=dict)
 
     def node(self, branch: _Branch, path: str, base: type, name: str, namespace: dict[str, Any]) -> Any:
@@ -76,7 +85,8 @@ class _Tree:
     def _part(self, branch: _Branch, path: str, name: str) -> Any:
         if branch.members:
             return self._members(list(branch.members.items()), path, name, ())
-        return self.node(branch, path, ModelicaPart, f"Part_{attribute(name)}", {})
+        own = self.names.get(".".join(part for part, _ in split(path)))
+        return self.node(branch, path, ModelicaPart, attribute(own or name), {})
 
     def _members(self, items: list[tuple[Index, _Branch]], path: str, name: str, before: Index) -> FromOne:
         """The members of an array of components; of several dimensions, nested. `before` are the outer indices."""
