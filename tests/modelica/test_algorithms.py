@@ -2,10 +2,12 @@
 
 from typing import Any
 
+import jax
 import numpy as np
 import pytest
+from numpy.testing import assert_allclose
 
-from acausal import SimulationError, simulate
+from acausal import SimulationError, replace, simulate
 from acausal.modelica import load
 from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._syntax import expressions as e
@@ -222,3 +224,36 @@ def test_algorithms_assign_whole_records() -> None:
     assert end("read.v") == [100.0, 2.0, 3.0]
     assert solution["single.v.a"][-1] == 1.0
     assert end("twice.v") == [2.0, 4.0, 6.0]
+
+
+ROOTED = """
+model Rooted
+  function root "The square root by a loop whose length depends on x"
+    input Real x;
+    output Real y = 1;
+  protected
+    Real before = 0;
+  algorithm
+    while abs(y - before) > 1e-12 loop
+      before := y;
+      y := (y + x / y) / 2;
+    end while;
+  end root;
+  parameter Real a = 3;
+  Real x(start = 0, fixed = true), y(start = 1);
+equation
+  der(x) = y;
+  y + root(y) = 2 * a "y = 4 at a = 3";
+end Rooted;
+"""
+
+
+def test_a_loop_of_unknown_length_in_simultaneous_equations_has_derivatives_in_both_modes() -> None:
+    model = load(ROOTED, "Rooted")
+
+    def end(a: Any) -> Any:
+        return simulate(replace(model, {"a": a}), 1.0, save="end")["x"][-1]
+
+    assert_allclose(end(3.0), 4.0, rtol=1e-9)
+    for derivative in (jax.grad(end), jax.jacfwd(end)):
+        assert_allclose(derivative(3.0), 2.0 / (1.0 + 0.5 / 2.0), rtol=1e-6)  # of y + sqrt(y) = 2 a

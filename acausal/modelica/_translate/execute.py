@@ -13,6 +13,7 @@ from .._syntax import expressions as e
 from .._syntax.visits import bodies_of, statements, with_bodies
 from .branches import Failed, choose
 from .evaluate import evaluate, index_of
+from .repeated import repeated
 from .scope import NotKnown, Scope
 from .statements import targets_of
 from .values import Value, by_axes, is_known, items_of, select
@@ -277,7 +278,7 @@ def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
 
     most = _most_turns(statement, names, at)
     if most is None:
-        names.update(jax.lax.while_loop(goes_on, turn, start))
+        names.update(repeated(goes_on, turn, start))
         return "on"
 
     def perhaps(state: Names, _: None) -> tuple[Names, None]:
