@@ -30,7 +30,7 @@ from acausal import (
     simulate,
     structure,
 )
-from acausal._integrate.start.search import _in_stages
+from acausal._integrate.start.search import Search, _in_stages
 from components.electrical import Capacitor, ConstantVoltage, Ground, Pin, Resistor
 from components.thermal import FixedTemperature, HeatCapacitor, ThermalConductor
 from docs.drive import drive
@@ -201,6 +201,26 @@ def test_a_homotopy_ends_at_the_conditions_themselves(easy: Any) -> None:
     args = (jnp.zeros(1), jnp.asarray(30.0), jnp.ones(1))
     z, lack = _in_stages(measured, args, easy)
     np.testing.assert_allclose([z[0], lack[0]], [3.0, 0.0], atol=1e-8)
+
+
+def test_a_state_with_little_effect_beside_large_ones_is_determined() -> None:
+    """The rate 100 (y - 1) - 1e-3 (x - X) is zero at y = 1 and x = X, however the other conditions are scaled."""
+
+    def residual(unknowns: jax.Array, goal: Any) -> jax.Array:
+        x, y, same, product = unknowns
+        return jnp.array([y - same, 1.0 - same, 100.0 * (y - 1.0) - 1e-3 * (x - goal), product - x * same])
+
+    search = Search(residual, np.ones(4), np.array([1e-6, 1e-6, 1.0, 1.0]))
+
+    def found(goal: Any) -> Any:
+        start = jnp.zeros(4)
+        point = search.found(search.best(start, goal)[0], start, goal)
+        return point.x, point.freedom
+
+    (x, freedom), (slope, _) = jax.jvp(found, (50.0,), (1.0,))
+    np.testing.assert_allclose(x, [50.0, 1.0, 1.0, 50.0], rtol=1e-9)
+    np.testing.assert_allclose(freedom, 0.0, atol=1e-9)
+    np.testing.assert_allclose(slope, [1.0, 0.0, 0.0, 1.0], atol=1e-6)
 
 
 @pytest.mark.thorough

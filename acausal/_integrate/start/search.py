@@ -110,7 +110,9 @@ class Search:
 
 
 def _inverse(matrix: Array) -> Array:
-    return jnp.linalg.pinv(matrix, rtol=RANK)
+    """The pseudo-inverse. Rows are scaled, since the rank depends on their directions; those below RANK are noise."""
+    rows = jnp.maximum(jax.lax.stop_gradient(row_scale(matrix)), RANK)
+    return jnp.linalg.pinv(matrix / rows[:, None], rtol=RANK) / rows
 
 
 def is_met(lack: Array) -> Array:
