@@ -80,7 +80,8 @@ class Search:
         return jnp.where(is_met(lack), self._refined(z, args), x0)
 
     def _refined(self, z: Array, args: PyTree) -> Array:
-        return args[0] + self._scale * refined(self._measured, _inverse, z, jnp.zeros_like(z), args)
+        end = refined(self._measured, _inverse, z, jnp.zeros_like(z), args)
+        return args[0] + self._scale * jnp.where(is_met(self._measured(end, args)), end, z)
 
     def found(self, best: Array, x0: Array, numbers: PyTree) -> NearestPoint:
         """The point that `best` found, as an implicit function of x0 and numbers."""
