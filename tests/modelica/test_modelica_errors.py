@@ -1,11 +1,12 @@
 """Errors of Modelica texts: each with its file, line and column, and the text above a caret."""
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from acausal import ModelError, ParameterError, SimulationError, StructureError, replace, simulate
+from acausal import ModelError, ParameterError, SimulationError, StructureError, replace, simulate, structure
 from acausal._jax_settings import programs
 from acausal.modelica import ModelicaError, load
 
@@ -234,3 +235,24 @@ def test_names_of_elements_count_from_1_and_can_be_read() -> None:
         assert solution["x"].shape == (len(solution.ts), 1, 2)
         assert "x[1,3]" not in solution
         assert {"x[1,1]", "x[1,2]"} <= set(solution.to_pandas().columns)
+
+
+def test_inputs_without_a_connection_are_named_as_such() -> None:
+    text = """
+package P
+  connector In = input Real;
+  connector Out = output Real;
+  block Gain
+    In u;
+    Out y = 2 * u;
+  end Gain;
+  model M
+    Gain free, next, bound(u = 3), stated;
+  equation
+    connect(free.y, next.u);
+    stated.u = 4;
+  end M;
+end P;"""
+    with pytest.raises(StructureError) as raised:
+        structure(load(text, "P.M"))
+    assert re.findall(r"(\S+) \(an input without a connection, <model>.mo:6\)", str(raised.value)) == ["free.u"]

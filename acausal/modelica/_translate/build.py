@@ -1,9 +1,11 @@
 """From a flat model to a component."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 
 from ..._declare.node import leaves_of
-from .._syntax.flat import FlatEquation, FlatModelica
+from .._syntax import expressions as e
+from .._syntax.flat import FlatEquation, FlatModelica, FlatVariable
+from .._syntax.visits import nodes
 from .equation_groups import EquationGroups
 from .guesses import propagate
 from .known import names_in
@@ -47,13 +49,27 @@ def component(flat: FlatModelica) -> ModelicaModel:
         cls.determined = staticmethod(determine)
     cls.determined_names = model.determined.names()
     cls.structural_names = frozenset(map(attribute_path, model.known.parameters()))
+    connected = set(_connected(flat))
     cls.declared_in = {
-        attribute_path(leaf.path): str(leaf.variable.place)
+        attribute_path(leaf.path): _place(leaf.variable, is_connected=leaf.variable.name in connected)
         for leaf in model.leaves.values()
         if leaf.variable is not None and leaf.variable.place is not None
     }
     cls.flat, cls.experiment = flat, flat.experiment
     return root
+
+
+def _connected(flat: FlatModelica) -> Iterator[str]:
+    """The variables in equations of connections."""
+    for equation in flat.equations:
+        if equation.origin == "connection":
+            yield from (x.name for x in nodes(equation.residual) if isinstance(x, e.Ref))
+
+
+def _place(variable: FlatVariable, *, is_connected: bool) -> str:
+    """The place of a variable in the text, and whether it is an input that nothing determines."""
+    is_open = variable.causality == "input" and variable.binding is None and not is_connected
+    return f"an input without a connection, {variable.place}" if is_open else str(variable.place)
 
 
 def _groups(model: Translation, starts: StartValues) -> EquationGroups:
