@@ -195,10 +195,5 @@ def is_floating(atom: Any) -> bool:
     return bool(jnp.issubdtype(atom.aval.dtype, jnp.floating))
 
 
-def is_integer(atom: Any) -> bool:
-    """Whether a variable or literal of a jaxpr is an integer."""
-    return bool(jnp.issubdtype(atom.aval.dtype, jnp.integer))
-
-
 def structs(shapes: Sequence[tuple[int, ...]]) -> list[jax.ShapeDtypeStruct]:
     return [jax.ShapeDtypeStruct(shape, jax.dtypes.canonicalize_dtype(float)) for shape in shapes]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from .._jax_private import ClosedJaxpr, JaxprEqn, Literal
 from .class_equations import templates
 from .flat_model import FlatModel
-from .jaxpr import JOINS, LOGIC, MOVES, called, interpreted, is_floating, is_integer
+from .jaxpr import JOINS, LOGIC, MOVES, called, interpreted, is_floating
 from .template import Template
 
 _RELATIONS = ("lt", "le", "gt", "ge")
@@ -19,13 +19,10 @@ class JumpWarning(UserWarning):
 
 
 class _Value(NamedTuple):
-    """Whether a value depends on a variable, whether it is the truth of a relation between such values, and whether it
-    is an integer that such a truth selects.
-    """
+    """Whether a value depends on a variable, and whether it is the truth of a relation between such values."""
 
     moves: bool
-    is_truth: bool = False
-    is_selected: bool = False
+    is_truth: bool
 
 
 def warn_of_jumps(flat: FlatModel) -> None:
@@ -45,7 +42,7 @@ def warn_of_jumps(flat: FlatModel) -> None:
 def jumps(template: Template) -> bool:
     """Whether an equation selects between two numbers by a relation that reads a variable."""
     found: list[JaxprEqn] = []
-    inputs = [_Value(item.source == "var") for item in template.inputs]
+    inputs = [_Value(item.source == "var", False) for item in template.inputs]
     _walk(template.jaxpr, inputs, found)
     return bool(found)
 
@@ -57,17 +54,13 @@ def _walk(closed: ClosedJaxpr, inputs: Sequence[_Value], found: list[JaxprEqn]) 
             return _walk(inner, args, found)
         name, moves = eqn.primitive.name, any(arg.moves for arg in args)
         if name in _RELATIONS and is_floating(eqn.invars[0]):
-            return [_Value(moves, is_truth=moves)]
-        is_number = is_floating(eqn.outvars[0])
-        selects = name == "select_n" and args[0].is_truth and _differ(eqn, args[1:])
-        is_selected = selects or any(arg.is_selected for arg in args)
-        # An integer may also be an index, so it counts once it becomes a number.
-        if is_number and (selects or (name == "convert_element_type" and is_selected)):
+            return [_Value(moves, moves)]
+        if name == "select_n" and args[0].is_truth and is_floating(eqn.outvars[0]) and _differ(eqn, args[1:]):
             found.append(eqn)
-        is_truth = name in _OF_TRUTHS and not is_number and any(arg.is_truth for arg in args)
-        return [_Value(moves, is_truth, is_selected and is_integer(eqn.outvars[0]))] * len(eqn.outvars)
+        is_truth = name in _OF_TRUTHS and not is_floating(eqn.outvars[0]) and any(arg.is_truth for arg in args)
+        return [_Value(moves, is_truth)] * len(eqn.outvars)
 
-    return interpreted(closed, inputs, outputs, lambda value: _Value(False))
+    return interpreted(closed, inputs, outputs, lambda value: _Value(False, False))
 
 
 def _differ(eqn: JaxprEqn, cases: Sequence[_Value]) -> bool:

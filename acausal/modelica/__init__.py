@@ -18,8 +18,8 @@ from ._errors import ModelicaError as ModelicaError
 from ._errors import ModelicaWarning as ModelicaWarning
 from ._load import load as load
 from ._source import source as source
-from ._syntax.flat import Experiment as Experiment
+from ._syntax.flat import ExperimentAnnotation as ExperimentAnnotation
 from ._syntax.flat import SourcePlace as SourcePlace
 from ._translate.model import ModelicaModel as ModelicaModel
 
-__all__ = ["Experiment", "ModelicaError", "ModelicaModel", "ModelicaWarning", "SourcePlace", "load", "source"]
+__all__ = ["ExperimentAnnotation", "ModelicaError", "ModelicaModel", "ModelicaWarning", "SourcePlace", "load", "source"]

@@ -19,7 +19,7 @@ from ._load import load
 from ._scoreboard.compare import Compared, compared
 from ._scoreboard.reference import models_in
 from ._scoreboard.table import FAILURES, save, saved, written
-from ._signals import Signals
+from ._signals import ModelicaSignals
 
 POINTS = 501  # of a table or plot
 TOLERANCE = 1e-6
@@ -85,7 +85,7 @@ def _simulate(options: argparse.Namespace) -> int:
     stop = options.stop if options.stop is not None else model.experiment.stop
     if stop is None:
         raise ModelError(f"{options.model} has no annotation experiment(StopTime=...). Remedy: --stop.")
-    signals = Signals(model)
+    signals = ModelicaSignals(model)
     wanted = signals.states() if options.signals is None else options.signals
     names = [element for name in wanted for element in signals.elements(name)]
     readers = [signals[name] for name in names]

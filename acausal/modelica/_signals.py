@@ -19,7 +19,7 @@ from ._translate.tree import attribute_path
 Reader: TypeAlias = Callable[[Solution], jax.Array]
 
 
-class Signals:
+class ModelicaSignals:
     """The variables, parameters and constants of a model that are numbers, by their Modelica names."""
 
     def __init__(self, model: ModelicaModel) -> None:

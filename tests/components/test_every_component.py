@@ -101,7 +101,7 @@ def test_arrays_of_other_shapes_are_refused(component: Component) -> None:
 def test_numbers_of_every_kind_become_doubles(component: Component) -> None:
     for path, value in parameters(component).items():
         for kind in (np.float32, np.int64, jnp.float32):
-            wanted = np.round(np.asarray(value)).astype(kind)
+            wanted = np.round(value).astype(kind)
             try:
                 found = parameters(replace(component, {path: jnp.asarray(wanted)}))[path]
             except ParameterError:  # the rounded number is out of range

@@ -65,7 +65,7 @@ def _case(name: str) -> Any:
     return pytest.param(name, marks=[] if name in QUICK else pytest.mark.thorough)
 
 
-@pytest.mark.parametrize("case", map(_case, FUNCTIONS))
+@pytest.mark.parametrize("case", list(map(_case, FUNCTIONS)))
 def test_derivatives_are_those_under_jit(case: str) -> None:
     function, numbers = FUNCTIONS[case]
     x = jnp.array(numbers)

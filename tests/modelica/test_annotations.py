@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from acausal.modelica import Experiment, ModelicaWarning, load
+from acausal.modelica import ExperimentAnnotation, ModelicaWarning, load
 
 LIBRARY = """package Lib
   constant Real k = 2;
@@ -56,19 +56,19 @@ def test_a_library_that_the_model_does_not_read_has_no_warning(tmp_path: Path) -
 @pytest.mark.parametrize(
     ("text", "expected"),
     [
-        ("annotation(experiment(StopTime = 5));", Experiment(stop=5.0)),
+        ("annotation(experiment(StopTime = 5));", ExperimentAnnotation(stop=5.0)),
         (
             "annotation(Icon(), experiment(StartTime = -1, StopTime = 2 * 3600, Tolerance = 1e-4, Interval = 0.1, "
             'Algorithm = "dassl"));',
-            Experiment(-1.0, 7200.0, 1e-4, 0.1),
+            ExperimentAnnotation(-1.0, 7200.0, 1e-4, 0.1),
         ),
-        ("constant Real T = 3; annotation(experiment(StopTime = T));", Experiment(stop=3.0)),
-        ("extends B;", Experiment(stop=7.0)),
-        ("extends B; annotation(experiment(StopTime = 1));", Experiment(stop=1.0)),
-        ("", Experiment()),
+        ("constant Real T = 3; annotation(experiment(StopTime = T));", ExperimentAnnotation(stop=3.0)),
+        ("extends B;", ExperimentAnnotation(stop=7.0)),
+        ("extends B; annotation(experiment(StopTime = 1));", ExperimentAnnotation(stop=1.0)),
+        ("", ExperimentAnnotation()),
     ],
 )
-def test_a_model_tells_its_experiment(text: str, expected: Experiment) -> None:
+def test_a_model_tells_its_experiment(text: str, expected: ExperimentAnnotation) -> None:
     base = "model B Real z = 1; annotation(experiment(StopTime = 7)); end B;"
     assert load(f"{base} model M Real x = 1; {text} end M;", "M").experiment == expected
 
@@ -76,7 +76,7 @@ def test_a_model_tells_its_experiment(text: str, expected: Experiment) -> None:
 def test_variables_may_have_the_names_of_attributes_of_models() -> None:
     model = load("model M parameter Real flat = 2, experiment = 3; Real x = flat * experiment; end M;", "M")
     assert (model.flat_, model.experiment_) == (2.0, 3.0)
-    assert model.experiment == Experiment()
+    assert model.experiment == ExperimentAnnotation()
 
 
 INNER = """package P

@@ -10,7 +10,7 @@ from acausal.modelica import ModelicaError, load
 from acausal.modelica._scoreboard.compare import compared
 from acausal.modelica._scoreboard.reference import TOLERANCE, deviation
 from acausal.modelica._scoreboard.table import written
-from acausal.modelica._signals import Signals
+from acausal.modelica._signals import ModelicaSignals
 
 LAG = """
 package P
@@ -41,14 +41,14 @@ end P;
 def test_an_output_of_the_model_is_a_signal() -> None:
     model = load(LAG, "P.Decay")
     solution = simulate(model, 1.0, save="end")
-    assert Signals(model)["y"](solution) == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
+    assert ModelicaSignals(model)["y"](solution) == pytest.approx(2.0 * np.exp(-1.0), rel=1e-4)
 
 
 def test_a_parameter_is_a_constant_signal() -> None:
     text = "model M parameter Real p[2] = {3, 4}; Real x(start = 1, fixed = true); equation der(x) = -p[1] * x; end M;"
     model = load(text, "M")
     solution = simulate(model, 1.0, save="end")
-    assert np.array_equal(np.asarray(Signals(model)["p[2]"](solution)), [4.0] * len(solution.ts))
+    assert np.array_equal(np.asarray(ModelicaSignals(model)["p[2]"](solution)), [4.0] * len(solution.ts))
 
 
 def test_a_signal_of_rounding_errors_has_no_range() -> None:

@@ -1,6 +1,6 @@
 """The annotations `experiment` and `missingInnerMessage`."""
 
-from .._syntax.flat import Experiment
+from .._syntax.flat import ExperimentAnnotation
 from . import tree as t
 from .classes import ComponentElement
 from .expressions import Expressions
@@ -8,14 +8,14 @@ from .expressions import Expressions
 _EXPERIMENT = {"StartTime": "start", "StopTime": "stop", "Tolerance": "tolerance", "Interval": "interval"}
 
 
-def experiment(here: Expressions) -> Experiment:
+def experiment(here: Expressions) -> ExperimentAnnotation:
     """The annotation of a model, or of the nearest base class that has one (Modelica 3.6, section 18.4)."""
     for base in reversed(list(here.scope.lineage())):
         for found in base.tree.annotation.named("experiment") if base.tree.annotation else ():
             stated = [one for one in found.modification.arguments if isinstance(one, t.ElementModification)]
             pairs = [(_EXPERIMENT.get(one.name[0]), one.modification.value) for one in stated]
-            return Experiment(**{key: float(here.known(x, "`experiment`")) for key, x in pairs if key and x})
-    return Experiment()
+            return ExperimentAnnotation(**{key: float(here.known(x, "`experiment`")) for key, x in pairs if key and x})
+    return ExperimentAnnotation()
 
 
 def missing_inner(here: Expressions, outer: ComponentElement) -> str:

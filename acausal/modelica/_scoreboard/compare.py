@@ -16,7 +16,7 @@ from ..._integrate.results.solution import Solution
 from ..._integrate.simulate import simulate
 from .._deep_calls import deep_calls
 from .._frontend.stored import stored_model
-from .._signals import Signals
+from .._signals import ModelicaSignals
 from .._syntax.flat import FlatModelica
 from .._translate.build import component
 from .._translate.model import ModelicaModel
@@ -82,7 +82,7 @@ def _times(reference: Reference | None, folder: Path) -> np.ndarray:
 
 def _deviations(model: ModelicaModel, solution: Solution, reference: Reference, times: np.ndarray) -> dict[str, float]:
     """The deviation of each signal; infinite for one that the model does not have."""
-    found, signals = {}, Signals(model)
+    found, signals = {}, ModelicaSignals(model)
     for name, values in reference.signals.items():
         try:
             own = np.asarray(signals[name](solution))
@@ -95,7 +95,7 @@ def _deviations(model: ModelicaModel, solution: Solution, reference: Reference, 
 
 def _gradient(flat: FlatModelica, model: ModelicaModel, reference: Reference, times: np.ndarray) -> str:
     """Whether the derivative of a signal at the end by a parameter agrees with a difference."""
-    signals = Signals(model)
+    signals = ModelicaSignals(model)
     kinds = {name: flat.variables.get(name.rpartition("[")[0] or name) for name in reference.signals}
     jumps = {name for name, variable in kinds.items() if variable is not None and variable.type != "Real"}
     sizes = {name: float(np.max(np.abs(x))) for name, x in reference.signals.items() if name not in jumps}

@@ -109,7 +109,7 @@ class FlatFunction:
 
 
 @dataclasses.dataclass(frozen=True, slots=True)
-class Experiment:
+class ExperimentAnnotation:
     """The annotation `experiment` of a model: times in s, and the relative tolerance. None for what it does not
     state.
     """
@@ -138,5 +138,5 @@ class FlatModelica:
     connectors: tuple[str, ...]  # those of the model itself
     selecting: tuple[Expression, ...]  # by their values, equations, components and sizes were selected
     classes: Mapping[str, str]  # names of the classes of components and records, by paths without indices
-    experiment: Experiment
+    experiment: ExperimentAnnotation
     warnings: tuple[str, ...]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import jax
 
 from ..._declare.component import Component
-from .._syntax.flat import Experiment
+from .._syntax.flat import ExperimentAnnotation
 
 if TYPE_CHECKING:
     from .._syntax.flat import FlatModelica
@@ -19,7 +19,7 @@ class ModelicaModel(Component, partial=True):
     """
 
     flat: ClassVar["FlatModelica"]
-    experiment: ClassVar[Experiment] = Experiment()
+    experiment: ClassVar[ExperimentAnnotation] = ExperimentAnnotation()
 
     if TYPE_CHECKING:  # the attributes are known when a model is loaded
 

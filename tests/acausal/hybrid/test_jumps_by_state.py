@@ -2,13 +2,12 @@
 
 from typing import Any, Self
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from acausal import Component, Equations, JumpWarning, Param, Scalar, Var, eq, ifelse, simulate, structure
+from acausal import Component, Equations, JumpWarning, Param, Scalar, Var, eq, ifelse, simulate
 
 END = 1.0
 
@@ -76,21 +75,3 @@ class Plain(Component):
 def test_a_plain_where_that_jumps_is_warned_of() -> None:
     with pytest.warns(JumpWarning, match=r"Plain\.equations: x may jump .*ifelse"):
         simulate(Plain(c=0.3), END, save="end")
-
-
-class Chosen(Component):
-    """A rate of 1 or 3, as integers; or a value of a table at the index 0 or 1."""
-
-    is_index: bool = eqx.field(static=True)
-    x: Var[Scalar, "1"] = 0.0
-
-    def equations(self, d: Self) -> Equations:
-        chosen = jnp.where(self.x > 0.3, 1, 0)
-        rate = jnp.array([1.0, 1.0])[chosen] if self.is_index else 2 * chosen + 1
-        return dict(x=eq(d.x, rate, check_units=False))
-
-
-def test_integers_that_jump_are_warned_of_unless_they_are_indices() -> None:
-    with pytest.warns(JumpWarning, match=r"Chosen\.equations: x may jump"):
-        structure(Chosen(is_index=False))
-    structure(Chosen(is_index=True))  # warnings are errors in tests
