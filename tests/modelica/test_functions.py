@@ -11,6 +11,7 @@ import pytest
 from numpy.testing import assert_allclose
 
 from acausal import ModelError
+from acausal.modelica import load
 from acausal.modelica._frontend.flatten import flat_model
 from acausal.modelica._translate.external import BY_NAME, EXTERNAL
 from acausal.modelica._translate.functions import Library
@@ -486,3 +487,41 @@ def test_loops_pass_through_arrays_of_records() -> None:
     assert functions.call("f", (given,)) == (34.0, 3)
     traced = jax.jit(lambda x: functions.call("f", ({**given, "x": x},))[0])
     assert traced(given["x"]) == 34.0
+
+
+def test_values_are_bound_to_functions_that_are_arguments_themselves() -> None:
+    text = """
+package P
+  partial function Law
+    input Real x;
+    output Real y;
+  end Law;
+  partial function Scaled
+    input Real x;
+    input Real k;
+    output Real y;
+  end Scaled;
+  function line
+    input Real x;
+    input Real k;
+    input Real self = 0;
+    output Real y = k * x + self;
+  algorithm
+  end line;
+  function at2
+    input Law f;
+    output Real y = f(2);
+  algorithm
+  end at2;
+  function scaled
+    input Scaled f;
+    input Real c;
+    output Real y = at2(function f(k = c));
+  algorithm
+  end scaled;
+  model M
+    parameter Real a = scaled(line, 5), b = scaled(function line(self = 100), 7);
+  end M;
+end P;"""
+    model = load(text, "P.M")
+    assert (float(model.a), float(model.b)) == (10.0, 114.0)

@@ -256,3 +256,10 @@ end P;"""
     with pytest.raises(StructureError) as raised:
         structure(load(text, "P.M"))
     assert re.findall(r"(\S+) \(an input without a connection, <model>.mo:6\)", str(raised.value)) == ["free.u"]
+
+
+@pytest.mark.parametrize(("one", "other"), [("p", "'p'"), ("lambda", "lambda_"), ("'a+b'", "'a-b'")])
+def test_names_that_are_equal_as_attributes_are_refused(one: str, other: str) -> None:
+    text = f"model M\n  parameter Real {one} = 1;\n  parameter Real {other} = 2;\nend M;"
+    with pytest.raises(ModelicaError, match=rf"{re.escape(one)} and {re.escape(other)} would both be the attribute"):
+        load(text, "M")

@@ -203,18 +203,21 @@ def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
     if not isinstance(reference, t.Reference):
         raise here.error(text.at, "this argument must be a function.")
     found = callee(here, reference)
-    if isinstance(found, Typed):
+    if not isinstance(found, Typed):
+        found = Typed(e.Ref(found.instance.path), Type("function", found.instance), (), 0)
+    instance = found.type.instance
+    if not isinstance(text, t.PartialCall):
         return found
-    instance = found.instance
-    named = text.named if isinstance(text, t.PartialCall) else ()
-    formals = {one.name: one for one in instance.inputs()}
-    for key, value in named:
+    assert isinstance(found.x, e.Ref)
+    assert isinstance(instance, Instance)
+    _, *bound = found.x.name.split("|")  # `found` may be an argument itself, with bound values
+    formals = {one.name: one for one in instance.inputs() if one.name not in bound}
+    for key, value in text.named:
         if key not in formals:
             raise here.error(value.at, f"{instance.name} has no input {key}.{suggestion(key, list(formals))}")
-    values = tuple(_argument(here, instance.name, formals[key], value) for key, value in named)
-    return Typed(
-        e.Ref("|".join((instance.path, *(key for key, _ in named)))), Type("function", instance), (), 0, values
-    )
+    values = tuple(_argument(here, instance.name, formals[key], value) for key, value in text.named)
+    name = "|".join((found.x.name, *(key for key, _ in text.named)))
+    return found._replace(x=e.Ref(name), results=(*found.results, *values))
 
 
 def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:

@@ -3,12 +3,14 @@
 from collections.abc import Iterable, Iterator
 
 from ..._declare.node import leaves_of
+from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.flat import FlatEquation, FlatModelica, FlatVariable
 from .._syntax.visits import nodes
 from .equation_groups import EquationGroups
 from .guesses import propagate
 from .known import names_in
+from .leaves import ModelLeaf
 from .model import ModelicaModel
 from .model_events import ModelEvents
 from .model_leaves import ModelLeaves
@@ -39,9 +41,9 @@ def component(flat: FlatModelica) -> ModelicaModel:
     by_path = {leaf.path: leaf for leaf in model.leaves.values()}
     propagate(groups.groups.values(), by_path, model.known.library)
     namespace = {"events": events.method()} if has_events else {}
-    root = tree(
-        model.all_leaves(), model.connectors.ports, ModelicaModel, _class_name(flat.name), namespace, flat.classes
-    )
+    leaves = model.all_leaves()
+    _check_names(leaves)
+    root = tree(leaves, model.connectors.ports, ModelicaModel, _class_name(flat.name), namespace, flat.classes)
     places = {leaf.path: i for i, leaf in enumerate(leaves_of(root))}
     cls = type(root)
     cls.equation_groups = groups.stated(places)
@@ -57,6 +59,19 @@ def component(flat: FlatModelica) -> ModelicaModel:
     }
     cls.flat, cls.experiment = flat, flat.experiment
     return root
+
+
+def _check_names(leaves: Iterable[ModelLeaf]) -> None:
+    """Raises `ModelError` for two variables with one name as attributes, such as `a` and `'a'`."""
+    found: dict[str, ModelLeaf] = {}
+    for leaf in leaves:
+        other = found.setdefault(attribute_path(leaf.path), leaf)
+        if other is not leaf:
+            place = "" if leaf.variable is None or leaf.variable.place is None else f"{leaf.variable.place}: "
+            raise ModelError(
+                f"{place}{other.path} and {leaf.path} would both be the attribute {attribute_path(leaf.path)}. "
+                "Remedy: another name for one of them."
+            )
 
 
 def _connected(flat: FlatModelica) -> Iterator[str]:

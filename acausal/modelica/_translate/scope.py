@@ -72,5 +72,5 @@ class Scope:
     def without_events(self) -> "Scope":
         return dataclasses.replace(self, holds=False)
 
-    def knowing(self, **names: Value) -> "Scope":
+    def knowing(self, /, **names: Value) -> "Scope":
         return dataclasses.replace(self, locals=_Inner(names, self.locals))  # pyright: ignore[reportArgumentType]
