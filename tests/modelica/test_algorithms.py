@@ -257,3 +257,24 @@ def test_a_loop_of_unknown_length_in_simultaneous_equations_has_derivatives_in_b
     assert_allclose(end(3.0), 4.0, rtol=1e-9)
     for derivative in (jax.grad(end), jax.jacfwd(end)):
         assert_allclose(derivative(3.0), 2.0 / (1.0 + 0.5 / 2.0), rtol=1e-6)  # of y + sqrt(y) = 2 a
+
+
+def test_variables_of_algorithms_begin_at_their_start_values() -> None:
+    text = """
+model M
+  parameter Real s = 3;
+  Real y(start = s), v[3](start = {1, 2, 3}), w[2](each start = 2);
+  parameter Real p(start = 4, fixed = false), q[2](start = {5, 6}, each fixed = false);
+initial algorithm
+  p := p + 1;
+  q[1] := q[2] * 2;
+algorithm
+  y := y + time;
+algorithm
+  v[2] := 10 * v[1] + time;
+  w[1] := w[1] + w[2];
+end M;"""
+    final = simulate(load(text, "M"), 0.5, save="end").final
+    assert float(final.y) == 3.5
+    assert (final.v.tolist(), final.w.tolist()) == ([1.0, 10.5, 3.0], [4.0, 2.0])
+    assert (float(final.p), final.q.tolist()) == (5.0, [12.0, 6.0])

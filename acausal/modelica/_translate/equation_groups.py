@@ -120,13 +120,18 @@ class EquationGroups:
 
 
 def _before(model: Translation, name: str) -> Any:
-    """The value of an output before its algorithm. At the start, initial equations give that of a discrete one."""
+    """The value of an output before its algorithm (section 11.1.2): a continuous one has its start value. At the start,
+    initial equations give that of a discrete one.
+    """
     leaf, previous = model.leaves[name], e.Builtin("Pre", (e.Ref(name),))
     if name in model.lowered.initial:
         return e.If(((e.Builtin("Initial", ()), model.lowered.initial[name]),), previous)
     if leaf.is_discrete:
         return previous
-    return zeros(leaf.dims)
+    start = None if leaf.variable is None else leaf.variable.start
+    if start is None:
+        return zeros(leaf.dims)
+    return start if model.shape(start) == leaf.dims else e.Builtin("Fill", (start, *map(e.Const, leaf.dims)))
 
 
 def _where(place: SourcePlace | None, otherwise: str) -> str:
