@@ -99,3 +99,21 @@ def test_a_missing_inner_component_is_named_with_the_message_of_its_class() -> N
 def test_a_missing_inner_component_without_a_message_is_named() -> None:
     (found,) = _warnings(INNER.format(annotation=""), "P.Fall", Path.cwd())
     assert "gets one with default values. Remedy: declare" in found
+
+
+def test_the_end_of_a_run_triggers_nothing_and_a_warning_says_so(tmp_path: Path) -> None:
+    text = """
+package P
+  model A
+    discrete Real y(start = 1, fixed = true);
+  equation
+    when terminal() then
+      y = 2;
+    end when;
+  end A;
+  model M
+    A a, b;
+  end M;
+end P;"""
+    (found,) = _warnings(text, "P.M", tmp_path)
+    assert found.startswith("<model>.mo:6:10: `terminal()` is false")

@@ -450,6 +450,8 @@ def _previous(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
 
 def _truth(here: "Expressions", name: str, x: t.Call, args: Args) -> Typed:
     """`initial` and `terminal`."""
+    if name == "terminal":
+        here.context.warnings.append(str(here.error(x.at, "`terminal()` is false here, also at the end of a run.")))
     return Typed(e.Builtin(_title(name), ()), BOOLEAN, (), 2)
 
 

@@ -113,7 +113,7 @@ class _Flattening:
             selecting=tuple(self.context.selecting),
             classes=self.classes,
             experiment=experiment(Expressions(self.context, self.root)),
-            warnings=(*version_warnings(self.root.top.libraries), *self.context.warnings),
+            warnings=(*version_warnings(self.root.top.libraries), *dict.fromkeys(self.context.warnings)),
         )
 
     def _error(self, message: str) -> TextError:
