@@ -4,7 +4,7 @@ import dataclasses
 import functools as ft
 import math
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -27,10 +27,6 @@ from .scalarise import element_values, elements_of, objects
 from .single_elements import with_single_elements
 from .template import Input, Template, sliced
 from .traced import Forbidden, Held, check_bounds, check_derivatives, tracing, with_truths
-
-if TYPE_CHECKING:
-    from .flat_model import Kind
-
 
 _SIGNS = {None: ANY, "positive": POSITIVE, "nonnegative": NONNEGATIVE, "nonzero": NONZERO}
 

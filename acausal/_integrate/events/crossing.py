@@ -15,6 +15,8 @@ from ..._reduce.event_indicators import Circuit, edges, sign_of
 from ..step.interval import MOST, SLACK, TURN, PathSample, advance, over
 from .event_time import STILL
 
+PARTS = 4  # number of equal parts of a step at whose ends event indicators near zero are evaluated
+
 
 class Part(NamedTuple):
     """Values `q` and rates `p` of event indicators at both ends of an interval. Their signs are such that a function
@@ -68,9 +70,6 @@ class Part(NamedTuple):
         share = jnp.where(jnp.any(changes), zero, turn)
         least = jnp.minimum(short / width, 0.5)
         return jnp.clip(jnp.where((count % 5 == 4) | ~jnp.isfinite(share), 0.5, share), least, 1.0 - least)
-
-
-PARTS = 4  # number of equal parts of a step at whose ends event indicators near zero are evaluated
 
 
 class Conditions(NamedTuple):

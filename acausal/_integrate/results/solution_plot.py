@@ -13,6 +13,7 @@ from ..._units.quantity import from_si
 from .columns import Column, Item, columns, named_modes
 from .solution import Solution
 
+HEIGHT = 0.7  # of a band of modes, relative to the distance of the rows
 Events = bool | str | Sequence[str]  # whether to mark events, or the names of parts and kinds of those to mark
 
 
@@ -137,9 +138,6 @@ def _mark_events(axes: np.ndarray, solution: Solution, colour: str, events: Even
     times, style = np.asarray(log.times), {"linewidth": 0.6, "linestyle": ":", "alpha": 0.6, "zorder": 0}
     for ax in axes:
         ax.vlines(times, 0.0, 1.0, color=colour, transform=ax.get_xaxis_transform(), **style)
-
-
-HEIGHT = 0.7  # of a band, relative to the distance of the rows
 
 
 def draw_modes(ax: Axes, times: np.ndarray, modes: Sequence[Column]) -> None:

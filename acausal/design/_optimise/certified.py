@@ -39,6 +39,7 @@ from .local_search import SearchResult
 from .task import Task
 
 SHARE = 1e-3  # least share of a limit in a conflict
+PIECES = 10  # most bisections for the integral of a derivative; a jump remains in one of them
 
 
 def certified(problem: DesignProblem, outcome: SearchResult) -> Design[Any]:
@@ -174,9 +175,6 @@ def sensitivities_of(problem: DesignProblem, task: Task, design: Design[Any]) ->
                 name, unit = Place(leaf.path, element or None).name, leaf.declaration.unit
                 rows.append((name, unit, float(values[element]), float(derivatives[element])))
     return sensitivity_table(design.objective_name, design.objective_scale, design.objective, rows)
-
-
-PIECES = 10  # most bisections for the integral of a derivative; a jump remains in one of them
 
 
 def unexplained(task: Task, point: Point, flat: Sequence[np.ndarray], objective: Objective) -> tuple[str, ...]:

@@ -23,6 +23,8 @@ MANY = 10.0  # displacement of a variable without bounds, in its sizes, that req
 FAR = 1e3  # displacement of a variable without bounds, in its sizes, that counts as infinite
 FALLING = 1e-3  # relative decrease of the objective for a doubled variable that counts as descent
 BESIDE = 1e-2  # scaled distance of the second point that measures the objective
+STRAIGHT = 0.1  # relative change of a slope below which a result is linear
+DECADES = range(0, 16, 3)  # trial factors of sizes; those between are tried once a slope changes
 
 
 class WithoutSlopes(NamedTuple):
@@ -190,10 +192,6 @@ def _sized(limit: Limit, result: float, slopes: np.ndarray) -> Limit:
         return limit
     known = [size for size in (abs(float(result)), float(np.max(slopes))) if np.isfinite(size)]
     return dataclasses.replace(limit, measure=max(known, default=0.0) or 1.0)
-
-
-STRAIGHT = 0.1  # relative change of a slope below which a result is linear
-DECADES = range(0, 16, 3)  # trial factors of sizes; those between are tried once a slope changes
 
 
 def with_sizes(evaluator: Evaluator, free: Free, x: np.ndarray, objective: int, rows: Iterable[int]) -> Free:

@@ -205,12 +205,11 @@ def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
     found = callee(here, reference)
     if not isinstance(found, Typed):
         found = Typed(e.Ref(found.instance.path), Type("function", found.instance), (), 0)
-    instance = found.type.instance
     if not isinstance(text, t.PartialCall):
         return found
-    assert isinstance(found.x, e.Ref)
+    instance, bound = found.type.instance, bound_inputs(found)
     assert isinstance(instance, Instance)
-    _, *bound = found.x.name.split("|")  # `found` may be an argument itself, with bound values
+    assert isinstance(found.x, e.Ref)
     formals = {one.name: one for one in instance.inputs() if one.name not in bound}
     for key, value in text.named:
         if key not in formals:
@@ -220,12 +219,16 @@ def _function_argument(here: "Expressions", text: t.Expression) -> Typed:
     return found._replace(x=e.Ref(name), results=(*found.results, *values))
 
 
+def bound_inputs(function: Typed) -> list[str]:
+    """The inputs of a functional argument to which `function f(a = 1)` binds the values in its results."""
+    assert isinstance(function.x, e.Ref)
+    return function.x.name.split("|")[1:]
+
+
 def _call_of_argument(here: "Expressions", x: t.Call, function: Typed) -> Typed:
     """The call of a function that is an argument: `here.names` has the function itself, with bound values."""
-    instance = function.type.instance
-    assert isinstance(function.x, e.Ref)
+    instance, bound = function.type.instance, bound_inputs(function)
     assert instance is not None
-    _, *bound = function.x.name.split("|")
     if not function.results and bound:
         raise here.error(x.at, "the bound values of this function are not known.")
     if not isinstance(instance, Instance) or instance.tree.is_partial:

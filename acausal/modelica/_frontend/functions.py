@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from .._syntax import expressions as e
 from .._syntax.flat import FlatFunction, Formal
 from . import tree as t
-from .calls import in_order, reads_component
+from .calls import bound_inputs, in_order, reads_component
 from .classes import ComponentElement, Instance
 from .modifiers import bindings
 from .typed import CONSTANT, Typed
@@ -194,10 +194,8 @@ def _bound(functions: Mapping[str, Typed]) -> tuple[dict[str, Typed], list[Forma
     known: dict[str, Typed] = {}
     extra: list[Formal] = []
     for key, arg in functions.items():
-        assert isinstance(arg.x, e.Ref)
-        bound = arg.x.name.split("|")[1:]
         values: list[Typed] = []
-        for inner, value in zip(bound, arg.results, strict=True):
+        for inner, value in zip(bound_inputs(arg), arg.results, strict=True):
             name = f"{key}__{inner}"
             extra.append(Formal(name, value.type.name, None, tuple(e.Colon() for _ in value.dims)))
             values.append(value._replace(x=e.Ref(name), variability=3))

@@ -1,19 +1,20 @@
 """Execution of algorithms and of the bodies of functions."""
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
+from jaxtyping import PyTree
 
 from ..._errors import ModelError
 from .._syntax import expressions as e
 from .._syntax.visits import bodies_of, statements, with_bodies
 from .branches import Failed, choose
 from .evaluate import evaluate, index_of
-from .repeated import repeated
 from .scope import NotKnown, Scope
 from .statements import targets_of
 from .values import Value, by_axes, is_known, items_of, select
@@ -278,7 +279,7 @@ def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
 
     most = _most_turns(statement, names, at)
     if most is None:
-        names.update(repeated(goes_on, turn, start))
+        names.update(_while_loop(goes_on, turn, start))
         return "on"
 
     def perhaps(state: Names, _: None) -> tuple[Names, None]:
@@ -287,6 +288,33 @@ def _traced_while(statement: e.While, names: Names, at: Scope) -> Status:
     # A loop of known length can be differentiated in reverse mode.
     names.update(jax.lax.scan(perhaps, start, None, length=most)[0])
     return "on"
+
+
+def _while_loop(goes_on: Callable[[PyTree], Any], turn: Callable[[PyTree], PyTree], start: PyTree) -> PyTree:
+    """Repeats `turn` while `goes_on`, with derivatives in both modes. The two may close over differentiated numbers.
+
+    The tangent is the Jacobian, from forward mode, times the tangents of the inputs. JAX can transpose this product,
+    but not the tangent of a loop.
+    """
+
+    def loop(first: jax.Array) -> jax.Array:
+        return ravel_pytree(jax.lax.while_loop(goes_on, turn, state_of(first)))[0]
+
+    first, state_of = ravel_pytree(start)
+    explicit, closed_over = jax.closure_convert(loop, first)
+    inputs, arguments_of = ravel_pytree((first, closed_over))
+
+    def once(inputs: jax.Array) -> jax.Array:
+        first, closed_over = arguments_of(inputs)
+        return explicit(first, *closed_over)
+
+    end = jax.custom_jvp(once)
+
+    @end.defjvp
+    def _tangent(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
+        return end(*primals), jax.jacfwd(once)(*primals) @ tangents[0]
+
+    return state_of(end(inputs))
 
 
 def _carried(names: Names, shapes: Names) -> Names:
